@@ -178,7 +178,7 @@ fn plausibility(cycles: u64) {
     println!("|---|---|---|---|---|---|---|---|---|");
     for built_in in ocmc_io::study::list() {
         let study = ocmc_io::study::load::<&str>(built_in.name, &[]).expect("it loads").study;
-        let PowertrainKind::Diesel(diesel) = &study.vehicle().powertrain else { continue };
+        let PowertrainKind::Combustion(diesel) = &study.vehicle().powertrain else { continue };
         let records = records(built_in.name, &[], cycles);
         let sum = |value: fn(&Record) -> f64| records.iter().map(value).sum::<f64>();
         let km = sum(|r| r.distance_m) / 1000.0;

@@ -60,7 +60,7 @@ fn tasks(study: &Study, cycles: u64) -> Vec<LaneTask> {
 fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
     let study = study(&[])?;
     let parameters = study.vehicle();
-    let PowertrainKind::Diesel(diesel) = &parameters.powertrain else {
+    let PowertrainKind::Combustion(diesel) = &parameters.powertrain else {
         return Err("the rivals' model is that of a diesel truck".into());
     };
     let (gearbox, vehicle_model) = (&diesel.gearbox, &parameters.model);
@@ -85,7 +85,7 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
             "driven_mass_kg": vehicle.driven_mass_kg,
             "drag_area_m2": vehicle.drag_area_m2,
             "auxiliary_power_w": vehicle.auxiliary_power_w,
-            "fuel_factor": vehicle.fuel_factor,
+            "fuel_factor": vehicle.map_factor,
             "proportional": pedals.proportional,
             "integral": pedals.integral,
             "derivative": pedals.derivative,

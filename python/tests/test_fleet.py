@@ -135,7 +135,7 @@ def test_the_report_is_the_command_s(run, tmp_path):
 
 
 def test_the_range_is_the_command_s():
-    key, value = "vehicle.electric.battery.capacity_j", 1.8e8
+    key, value = "vehicle.powertrain.battery_electric.battery.capacity_j", 1.8e8
     answer = ocmc.Study("battery-truck").set(key, value).range(cycles=32, seed=5)
     options = ["--study", "battery-truck", "--set", f"{key}={value}", "--cycles", "32", "--seed", "5"]
     printed = json.loads(command("range", *options, "--json", "--quiet").stdout)

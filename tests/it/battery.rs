@@ -127,8 +127,8 @@ fn what_comes_back_is_limited_by_power_and_by_a_full_battery() {
         (record.regenerated_energy_j.unwrap(), record.service_brake_energy_j)
     };
     let (free, little) = back(&[]);
-    let (half, more) = back(&["vehicle.electric.motor.brake_power_w=100e3"]);
-    let (weak, most) = back(&["vehicle.electric.battery.charge_power_w=50e3"]);
+    let (half, more) = back(&["vehicle.powertrain.battery_electric.motor.brake_power_w=100e3"]);
+    let (weak, most) = back(&["vehicle.powertrain.battery_electric.battery.charge_power_w=50e3"]);
     assert!(free > half && half > weak, "{free} {half} {weak}");
     assert!(little < more && more < most);
     // at most 145 s of braking at the charge limit, with what the auxiliaries take on the way
@@ -138,7 +138,7 @@ fn what_comes_back_is_limited_by_power_and_by_a_full_battery() {
     let down =
         DriveCycle::new((0..100).map(f64::from).collect(), vec![20.0; 100], vec![-0.05; 100])
             .unwrap();
-    let full = study(&["vehicle.electric.battery.initial_charge=0.9"]);
+    let full = study(&["vehicle.powertrain.battery_electric.battery.initial_charge=0.9"]);
     let record = follow_study(&full, 1, 0, &down).0;
     // what the auxiliaries draw makes a little room
     let back_j = record.regenerated_energy_j.unwrap();
@@ -148,7 +148,7 @@ fn what_comes_back_is_limited_by_power_and_by_a_full_battery() {
 
 #[test]
 fn an_empty_battery_is_an_outcome() {
-    let empty = study(&["vehicle.electric.battery.initial_charge=0.1005"]);
+    let empty = study(&["vehicle.powertrain.battery_electric.battery.initial_charge=0.1005"]);
     let (record, sum) = follow_study(&empty, 1, 0, &hill(0.03, 20.0));
     assert_eq!(record.outcome, Outcome::Depleted);
     assert!(sum.ledger[Term::Missing] > 0.0);

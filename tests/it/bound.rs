@@ -25,7 +25,7 @@ fn body(study: &Study) -> Body {
 /// The typical truck with an engine whose fuel is affine in its power, down to the overrun.
 fn affine() -> Study {
     let (heating_jpkg, none_w, per_w) = (42.7e6, 12e3, 2.3);
-    let mut sets = vec!["vehicle.engine.fuel_factor=1.0".to_owned()];
+    let mut sets = vec!["vehicle.powertrain.combustion.engine.fuel_factor=1.0".to_owned()];
     let speeds = [50.0, 100.0, 150.0, 200.0, 250.0];
     let drag = speeds.map(|speed| -none_w / (per_w * speed));
     let torques = [0.0, 1500.0, 3000.0];
@@ -40,7 +40,7 @@ fn affine() -> Study {
         ("map_fuel_kgps", format!("{map:?}")),
         ("fuel.heating_value_jpkg", format!("{heating_jpkg:?}")),
     ] {
-        sets.push(format!("vehicle.engine.{key}={value}"));
+        sets.push(format!("vehicle.powertrain.combustion.engine.{key}={value}"));
     }
     typical(&sets.iter().map(String::as_str).collect::<Vec<_>>())
 }

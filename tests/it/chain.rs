@@ -120,7 +120,7 @@ fn the_clock_of_the_driver_goes_on() {
             "rest.law=\"eu_561\"",
             "fleet.calendar.departure_interval_s=9000",
             "mission.length_m=200e3",
-            "vehicle.electric.battery.capacity_j=4e9",
+            "vehicle.powertrain.battery_electric.battery.capacity_j=4e9",
         ];
         let study = study(&[&law[..], sets].concat());
         driven(&study, 3, 2)

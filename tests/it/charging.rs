@@ -153,7 +153,7 @@ fn on_sampled_trips_the_charge_keeps_its_bounds_and_the_energy_its_balance() {
 #[test]
 fn a_rest_is_taken_at_the_last_charger_before_the_limit_and_the_truck_is_charged_in_it() {
     // a battery that need not be charged on the way
-    let large = "vehicle.electric.battery.capacity_j=6.0e9";
+    let large = "vehicle.powertrain.battery_electric.battery.capacity_j=6.0e9";
     let study = charging(&[large, EU]);
     let (stands, record) = stands(&study, scenario(&study, 450e3));
     assert_eq!((stands.len(), record.n_rests), (1, Some(1)), "{stands:?}");
@@ -164,7 +164,7 @@ fn a_rest_is_taken_at_the_last_charger_before_the_limit_and_the_truck_is_charged
     // of the rest, 420 s are wait and plug
     assert!((record.charging_s.unwrap() - 2280.0).abs() < 1e-6, "{record:?}");
     // a stop that charges for 45 min is the rest
-    let small = "vehicle.electric.battery.capacity_j=1.67e9";
+    let small = "vehicle.powertrain.battery_electric.battery.capacity_j=1.67e9";
     let study = charging(&["charging.public.power_w=250000", small, EU]);
     let (stands, record) = self::stands(&study, scenario(&study, 480e3));
     assert!(stands.iter().all(|stand| stand[1] >= 2700.0), "{stands:?}");
@@ -191,7 +191,7 @@ fn chargers_belong_to_the_road_and_keep_their_places() {
     let own = charging(&[]);
     let other = charging(&[
         "charging.public.power_w={ distribution = \"uniform\", lower = 150000, upper = 400000 }",
-        "vehicle.electric.battery.capacity_j=1e9",
+        "vehicle.powertrain.battery_electric.battery.capacity_j=1e9",
         "charging.public.available_share=0.5",
     ]);
     for id in 0..20 {

@@ -80,7 +80,10 @@ fn who_forecasts_too_little_uses_his_reserve_and_the_record_tells() {
 #[test]
 fn more_battery_makes_no_more_stops_and_more_trips_arrive() {
     let counts = [1.0, 0.8, 0.6, 0.4].map(|share| {
-        let battery = format!("vehicle.electric.battery.capacity_j={}", share * CAPACITY_J);
+        let battery = format!(
+            "vehicle.powertrain.battery_electric.battery.capacity_j={}",
+            share * CAPACITY_J
+        );
         let records = run(&charging(4500.0, 0.1, &["mission.length_m=300000", &battery]), 40);
         let stops: u32 = records.iter().filter_map(|record| record.n_charging_stops).sum();
         let arrived = records.iter().filter(|record| record.outcome == Outcome::Completed).count();
@@ -100,7 +103,8 @@ fn more_battery_makes_no_more_stops_and_more_trips_arrive() {
 
 #[test]
 fn who_finds_no_charger_rests_on_the_spot_within_the_law() {
-    let sets = ["vehicle.electric.battery.capacity_j=9e9", "rest.law=\"eu_561\""];
+    let sets =
+        ["vehicle.powertrain.battery_electric.battery.capacity_j=9e9", "rest.law=\"eu_561\""];
     let none = [&sets[..], &["charging.public.available_share=0"]].concat();
     let study = charging(4500.0, 0.1, &none);
     let trace = trace_scenario(&study, on_level_road(&study, 750e3));

@@ -39,7 +39,7 @@ impl Policy {
         let Self { reserve, spacing_m, power_w, end_at, initial_charge, .. } = self;
         let mut sets = vec![
             "mission.length_m=350000".to_owned(),
-            format!("vehicle.electric.battery.initial_charge={initial_charge}"),
+            format!("vehicle.powertrain.battery_electric.battery.initial_charge={initial_charge}"),
             format!(
                 "charging={{ reserve = {reserve}, forecast = {{ consumption_j_per_m = 4500, margin = 0.1 }}, efficiency = 0.93, connection_s = 100, public = \
                  {{ spacing_m = {spacing_m}, power_w = {power_w}, wait_s = 60, end_at = {end_at} }} }}"
@@ -128,7 +128,9 @@ fn arrive(sets: &[String]) -> usize {
 
 #[test]
 fn more_trips_arrive_with_a_larger_battery_a_lighter_load_and_in_warmer_air() {
-    let battery = |kwh: f64| format!("vehicle.electric.battery.capacity_j={}", kwh * 3.6e6);
+    let battery = |kwh: f64| {
+        format!("vehicle.powertrain.battery_electric.battery.capacity_j={}", kwh * 3.6e6)
+    };
     let load = |kg: f64| format!("mission.payload_kg={kg}");
     let air = |kelvin: f64| format!("weather.temperature.mean_k={kelvin}");
     let ladders = [

@@ -73,7 +73,7 @@ fn constant_speed_is_the_closed_form_to_1e_6() {
         let g = gear[to] as usize - 1;
         let w = v * study.vehicle().gears[g].speed_ratio_per_m;
         let torque = steady_torque_nm(&study, g, v, wanted, vehicle.auxiliary_power_w / w);
-        let rate = diesel(&study).engine.fuel_kgps(w, torque) * vehicle.fuel_factor;
+        let rate = diesel(&study).engine.fuel_kgps(w, torque) * vehicle.map_factor;
         let fuel: f64 = column(&trace, "fuel_added_kg")[from + 1..=to].iter().sum();
         let time: f64 = column(&trace, "step_s")[from + 1..=to].iter().sum();
         assert!((fuel / (rate * time) - 1.0).abs() < 1e-6, "{} {rate}", fuel / time);

@@ -347,7 +347,7 @@ fn launch_clutch_slips_until_the_gear_has_come_to_the_engines_speed() {
 fn stall_an_undrivable_climb_is_an_outcome() {
     let study = typical(&[
         "road.types.motorway.topography.slope_limit=0.25",
-        "vehicle.gearbox.shift.launch_gears=3",
+        "vehicle.powertrain.combustion.gearbox.shift.launch_gears=3",
     ]);
     let road = GivenRoad::flat(2000.0, 80.0 / 3.6).slope(0.24).stop(500.0, 1.0);
     let mut scenario = road.scenario(&study);

@@ -99,7 +99,8 @@ fn a_road_that_was_driven_is_driven_again_alike() {
 #[test]
 fn motions_are_those_of_traces() {
     // short trips of different lengths, and trucks that a battery leaves on the road
-    let empty = ["vehicle.electric.battery.capacity_j=1.2e8", "mission.length_m=20000"];
+    let empty =
+        ["vehicle.powertrain.battery_electric.battery.capacity_j=1.2e8", "mission.length_m=20000"];
     let short = ["mission.length_m=5000"];
     for (name, rate, sets) in [
         ("field-truck", "fuel_rate_kgps", &short[..]),

@@ -37,7 +37,7 @@ fn tractor(sets: &[&str]) -> Study {
 fn electric(study: &Study) -> &BatteryElectricPowertrain {
     match &study.vehicle().powertrain {
         PowertrainKind::BatteryElectric(drive) => drive,
-        PowertrainKind::Diesel(_) => panic!("a battery-electric vehicle"),
+        PowertrainKind::Combustion(_) => panic!("a battery-electric vehicle"),
     }
 }
 
@@ -61,12 +61,12 @@ fn motor_and_auxiliaries_together_stay_within_the_battery() {
     // 25 kW of auxiliaries beside a battery of 200 kW and a charging limit of 100 kW
     let limits = [
         "vehicle.auxiliary_power_w=25000",
-        "vehicle.electric.climate.maximum_w=0",
-        "vehicle.electric.battery.discharge_power_w=200e3",
-        "vehicle.electric.battery.charge_power_w=100e3",
+        "vehicle.powertrain.battery_electric.climate.maximum_w=0",
+        "vehicle.powertrain.battery_electric.battery.discharge_power_w=200e3",
+        "vehicle.powertrain.battery_electric.battery.charge_power_w=100e3",
     ];
     // a motor far stronger than the battery, and one that alone stays within its limits
-    let weak = ["vehicle.electric.motor.power_w=175e3"];
+    let weak = ["vehicle.powertrain.battery_electric.motor.power_w=175e3"];
     for motor in [&[][..], &weak] {
         let study = tractor(&[&limits[..], motor, &["simulation.step_s=0.1"]].concat());
         let road = road(6000.0, 80.0, &[(0.0, 0.03), (3000.0, -0.06)]);
@@ -217,23 +217,24 @@ fn what_comes_back_downhill_is_limited_by_power_and_by_a_full_battery() {
         (trace.record, lowest)
     };
     // 40 t on 5 % give 360 kW at 80 km/h
-    let (free, lowest) = traced(&["vehicle.electric.battery.initial_charge=0.5"]);
+    let (free, lowest) =
+        traced(&["vehicle.powertrain.battery_electric.battery.initial_charge=0.5"]);
     assert!(lowest < -200e3, "{lowest}");
     assert!(free.service_brake_energy_j < 0.2 * free.regenerated_energy_j.unwrap(), "{free:?}");
     let half = [
-        "vehicle.electric.motor.brake_power_w=100e3",
-        "vehicle.electric.battery.initial_charge=0.5",
+        "vehicle.powertrain.battery_electric.motor.brake_power_w=100e3",
+        "vehicle.powertrain.battery_electric.battery.initial_charge=0.5",
     ];
     let (motor, lowest) = traced(&half);
     // the motor's limit is one of its shaft
     assert!(lowest > -101e3, "{lowest}");
     let weak = [
-        "vehicle.electric.battery.charge_power_w=50e3",
-        "vehicle.electric.battery.initial_charge=0.5",
+        "vehicle.powertrain.battery_electric.battery.charge_power_w=50e3",
+        "vehicle.powertrain.battery_electric.battery.initial_charge=0.5",
     ];
     let (battery, lowest) = traced(&weak);
     assert!(lowest < -49e3, "{lowest}");
-    let (full, _) = traced(&["vehicle.electric.battery.initial_charge=0.9"]);
+    let (full, _) = traced(&["vehicle.powertrain.battery_electric.battery.initial_charge=0.9"]);
     assert!(full.final_charge.unwrap() <= 0.9);
     let back = |record: &Record| record.regenerated_energy_j.unwrap();
     assert!(back(&free) > back(&motor) && back(&motor) > back(&battery));
@@ -267,7 +268,7 @@ fn up_and_down_is_never_below_flat() {
 
 #[test]
 fn an_empty_battery_is_an_outcome_and_charging_at_a_stop_fills_it() {
-    let low = "vehicle.electric.battery.initial_charge=0.12";
+    let low = "vehicle.powertrain.battery_electric.battery.initial_charge=0.12";
     let ramp = "charging={ reserve = 0.1, efficiency = 1.0, stop = { power_w = 350e3, \
                 begin_below = 0.5, end_at = 0.8, shortest_s = 600.0 } }";
     let flat = || road(30_000.0, 80.0, &[(0.0, 0.0)]);
@@ -299,7 +300,7 @@ fn an_empty_battery_is_an_outcome_and_charging_at_a_stop_fills_it() {
     // too short a stop, and a battery that is full enough, are not used
     let short = at_ramp(&study, 60.0);
     assert_eq!((short.outcome, short.charged_energy_j), (Outcome::Depleted, Some(0.0)));
-    let enough = tractor(&["vehicle.electric.battery.initial_charge=0.7", ramp]);
+    let enough = tractor(&["vehicle.powertrain.battery_electric.battery.initial_charge=0.7", ramp]);
     assert_eq!(at_ramp(&enough, 1800.0).charged_energy_j, Some(0.0));
 }
 
@@ -327,7 +328,7 @@ fn cold_air_takes_what_the_climate_says() {
 fn a_limit_of_the_battery_slows_the_truck() {
     let climb = road(8000.0, 80.0, &[(0.0, 0.0), (1000.0, 0.04)]);
     let quick = driven(&tractor(&[]), &climb);
-    let weak = tractor(&["vehicle.electric.battery.discharge_power_w=150e3"]);
+    let weak = tractor(&["vehicle.powertrain.battery_electric.battery.discharge_power_w=150e3"]);
     let trace = trace_scenario(&weak, climb.scenario(&weak));
     assert!(trace.record.mean_speed_mps < 0.6 * quick.mean_speed_mps);
     let most = column(&trace, "battery_power_w").iter().copied().fold(0.0, f64::max);
@@ -351,29 +352,34 @@ fn records_are_the_same_on_every_cpu_and_in_every_order() {
 #[test]
 fn a_study_has_one_powertrain() {
     let none: &[&str] = &[];
-    let two = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n[vehicle.electric]\nratio = [20.0]\n\
-               gear_efficiency = 0.9\n[vehicle.electric.battery]\ncapacity_j = 1e9\nempty_voltage_v = 500.0\nfull_voltage_v = 600.0\n\
+    let two = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n[vehicle.powertrain.battery_electric]\nratio = [20.0]\n\
+               gear_efficiency = 0.9\n[vehicle.powertrain.battery_electric.battery]\ncapacity_j = 1e9\nempty_voltage_v = 500.0\nfull_voltage_v = 600.0\n\
                resistance_ohm = 0.1\ndischarge_power_w = 1e5\ncharge_power_w = 1e5\nminimum_charge = 0.1\nmaximum_charge = 0.9\n\
-               charge_fade = 0.1\ninitial_charge = 0.8\n[vehicle.electric.motor]\ntorque_nm = 500.0\npower_w = 1e5\nbrake_torque_nm = 500.0\n\
+               charge_fade = 0.1\ninitial_charge = 0.8\n[vehicle.powertrain.battery_electric.motor]\ntorque_nm = 500.0\npower_w = 1e5\nbrake_torque_nm = 500.0\n\
                brake_power_w = 1e5\nbrake_share = 0.9\nbrake_fade_mps = 1.0\nmaximum_speed_radps = 900.0\ninertia_kgm2 = 0.1\n\
                map_speed_radps = [0.0, 900.0]\nmap_torque_nm = [0.0, 500.0]\nmap_loss_w = [[100.0, 900.0], [400.0, 2000.0]]\n";
     let error = load_text("a.toml", two, none).unwrap_err().to_string();
-    assert!(error.contains("`vehicle.electric`") && error.contains("study.drop"), "{error}");
+    assert!(
+        error.contains("`vehicle.powertrain.battery_electric`") && error.contains("study.drop"),
+        "{error}"
+    );
     let dropped = two.replace(
         "base = \"field-truck\"\n",
-        "base = \"field-truck\"\ndrop = [\"vehicle.engine\", \"vehicle.gearbox\"]\n",
+        "base = \"field-truck\"\ndrop = [\"vehicle.powertrain.combustion.engine\", \"vehicle.powertrain.combustion.gearbox\"]\n",
     );
     let study = load_text("a.toml", &dropped, none).unwrap().study;
     assert!(matches!(study.vehicle().powertrain, PowertrainKind::BatteryElectric(_)));
-    let neither = "[study]\nbase = \"field-truck\"\ndrop = [\"vehicle.gearbox\"]\n";
+    let neither =
+        "[study]\nbase = \"field-truck\"\ndrop = [\"vehicle.powertrain.combustion.gearbox\"]\n";
     let error = load_text("a.toml", neither, none).unwrap_err().to_string();
-    assert!(error.contains("`vehicle.gearbox`"), "{error}");
+    assert!(error.contains("`vehicle.powertrain.combustion.gearbox`"), "{error}");
 }
 
 #[test]
 fn a_trip_cut_short_is_driven_to_its_end_with_a_battery_that_never_empties() {
     let records = |capacity_j: f64| {
-        let capacity = format!("vehicle.electric.battery.capacity_j={capacity_j}");
+        let capacity =
+            format!("vehicle.powertrain.battery_electric.battery.capacity_j={capacity_j}");
         let sets = ["mission.length_m=60000", &capacity];
         let study = load("battery-truck", &sets).expect("a study").study;
         let all = drive(&study, 11, 0..120, CpuLevel::best());

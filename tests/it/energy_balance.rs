@@ -6,7 +6,7 @@ use ocmc_core::energy::Carrier;
 use ocmc_core::energy::ledger::{Ledger, Place, Recorded, TERMS, Term};
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::lanes::Lanes;
-use ocmc_core::powertrain::diesel::engine::Engine;
+use ocmc_core::powertrain::component::engine::Engine;
 use ocmc_core::record::{self, COLUMNS, Cell, Outcome};
 
 #[test]
@@ -146,7 +146,7 @@ fn fuel_is_the_map_evaluated_again_on_the_trace() {
     let study = study("field-truck", &[]);
     let engine = &diesel(&study).engine;
     for id in [1, 5] {
-        let factor = study.sample(1, id).vehicle.fuel_factor;
+        let factor = study.sample(1, id).vehicle.map_factor;
         let trace = trace(&study, 1, id);
         let speed = column(&trace, "engine_speed_radps");
         let torque = column(&trace, "engine_torque_nm");

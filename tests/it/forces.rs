@@ -141,7 +141,7 @@ fn a_standing_engine_burns_what_its_auxiliaries_take() {
     let drive = diesel(&study);
     let idle_radps = drive.engine_model.idle_speed_radps;
     let rate_kgps = drive.engine.fuel_kgps(idle_radps, vehicle.auxiliary_power_w / idle_radps);
-    let wanted_kg = rate_kgps * vehicle.fuel_factor * 60.0;
+    let wanted_kg = rate_kgps * vehicle.map_factor * 60.0;
     let found_kg = column(&trace, "fuel_added_kg")[stop];
     assert!((found_kg / wanted_kg - 1.0).abs() < 1e-12, "{found_kg} {wanted_kg}");
 }

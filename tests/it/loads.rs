@@ -21,7 +21,7 @@ base = "battery-truck"
 length_m = 350e3
 stops = { spacing_m = 60e3, dwell_s = 1800.0 }
 
-[vehicle.electric.battery]
+[vehicle.powertrain.battery_electric.battery]
 capacity_j = 1.2e9
 
 [fleet]

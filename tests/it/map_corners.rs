@@ -12,18 +12,18 @@ const SHORT: &str = "mission.length_m=4000";
 
 /// A map with points at two speeds and two torques only, in the middle of where the engine works.
 const NARROW: [&str; 4] = [
-    "vehicle.engine.map_speed_radps=[110.0, 120.0]",
-    "vehicle.engine.drag_torque_nm=[-150.0, -160.0]",
-    "vehicle.engine.map_torque_nm=[0.0, 600.0]",
-    "vehicle.engine.map_fuel_kgps=[[0.0006, 0.0034], [0.0007, 0.0038]]",
+    "vehicle.powertrain.combustion.engine.map_speed_radps=[110.0, 120.0]",
+    "vehicle.powertrain.combustion.engine.drag_torque_nm=[-150.0, -160.0]",
+    "vehicle.powertrain.combustion.engine.map_torque_nm=[0.0, 600.0]",
+    "vehicle.powertrain.combustion.engine.map_fuel_kgps=[[0.0006, 0.0034], [0.0007, 0.0038]]",
 ];
 
 /// The same plane far beyond everything that the engine can do.
 const WIDE: [&str; 4] = [
-    "vehicle.engine.map_speed_radps=[10.0, 1024.0]",
-    "vehicle.engine.drag_torque_nm=[-150.0, -160.0]",
-    "vehicle.engine.map_torque_nm=[0.0, 4096.0]",
-    "vehicle.engine.map_fuel_kgps=[[0.0006, 0.02], [0.007, 0.9]]",
+    "vehicle.powertrain.combustion.engine.map_speed_radps=[10.0, 1024.0]",
+    "vehicle.powertrain.combustion.engine.drag_torque_nm=[-150.0, -160.0]",
+    "vehicle.powertrain.combustion.engine.map_torque_nm=[0.0, 4096.0]",
+    "vehicle.powertrain.combustion.engine.map_fuel_kgps=[[0.0006, 0.02], [0.007, 0.9]]",
 ];
 
 fn loaded(name: &str, sets: &[&str]) -> Study {
@@ -56,15 +56,20 @@ fn whatever_the_map_and_the_truck_every_column_is_a_number() {
         "vehicle.gross_mass_limit_kg=200000",
         "vehicle.auxiliary_power_w=100000",
     ];
-    let weak = ["vehicle.engine.full_load_torque_nm=[1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"];
+    let weak = [
+        "vehicle.powertrain.combustion.engine.full_load_torque_nm=[1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]",
+    ];
     let ends_early = [
-        "vehicle.engine.full_load_speed_radps=[63.0, 90.0]",
-        "vehicle.engine.full_load_torque_nm=[1200.0, 900.0]",
+        "vehicle.powertrain.combustion.engine.full_load_speed_radps=[63.0, 90.0]",
+        "vehicle.powertrain.combustion.engine.full_load_torque_nm=[1200.0, 900.0]",
     ];
     // drag that would be a drive beyond the map's last speed
-    let rising_drag = ["vehicle.engine.drag_torque_nm=[-150.0, -0.1]"];
-    let hasty = ["vehicle.gearbox.axle_ratio=20.0", "vehicle.gearbox.shift.duration_s=0.0"];
-    let tall = ["vehicle.gearbox.axle_ratio=0.5"];
+    let rising_drag = ["vehicle.powertrain.combustion.engine.drag_torque_nm=[-150.0, -0.1]"];
+    let hasty = [
+        "vehicle.powertrain.combustion.gearbox.axle_ratio=20.0",
+        "vehicle.powertrain.combustion.gearbox.shift.duration_s=0.0",
+    ];
+    let tall = ["vehicle.powertrain.combustion.gearbox.axle_ratio=0.5"];
     let diesel: [(&str, Vec<&str>); 8] = [
         ("narrow", NARROW.to_vec()),
         ("wide", WIDE.to_vec()),
@@ -76,17 +81,17 @@ fn whatever_the_map_and_the_truck_every_column_is_a_number() {
         ("narrow, tall, heavy", [&NARROW[..], &tall, &heavy].concat()),
     ];
     let spot = [
-        "vehicle.electric.motor.map_speed_radps=[50.0, 60.0]",
-        "vehicle.electric.motor.map_torque_nm=[10.0, 20.0]",
-        "vehicle.electric.motor.map_loss_w=[[100.0, 200.0], [150.0, 300.0]]",
+        "vehicle.powertrain.battery_electric.motor.map_speed_radps=[50.0, 60.0]",
+        "vehicle.powertrain.battery_electric.motor.map_torque_nm=[10.0, 20.0]",
+        "vehicle.powertrain.battery_electric.motor.map_loss_w=[[100.0, 200.0], [150.0, 300.0]]",
     ];
     let poor = [
-        "vehicle.electric.battery.resistance_ohm=10.0",
-        "vehicle.electric.battery.discharge_power_w=1000.0",
-        "vehicle.electric.battery.charge_power_w=0.0",
+        "vehicle.powertrain.battery_electric.battery.resistance_ohm=10.0",
+        "vehicle.powertrain.battery_electric.battery.discharge_power_w=1000.0",
+        "vehicle.powertrain.battery_electric.battery.charge_power_w=0.0",
     ];
-    let full = ["vehicle.electric.battery.initial_charge=1.0"];
-    let empty = ["vehicle.electric.battery.initial_charge=0.0"];
+    let full = ["vehicle.powertrain.battery_electric.battery.initial_charge=1.0"];
+    let empty = ["vehicle.powertrain.battery_electric.battery.initial_charge=0.0"];
     let electric: [(&str, Vec<&str>); 6] = [
         ("spot", spot.to_vec()),
         ("poor", poor.to_vec()),
@@ -95,7 +100,12 @@ fn whatever_the_map_and_the_truck_every_column_is_a_number() {
         ("empty", empty.to_vec()),
         (
             "spot, full, slow",
-            [&spot[..], &full, &["vehicle.electric.motor.maximum_speed_radps=60.0"]].concat(),
+            [
+                &spot[..],
+                &full,
+                &["vehicle.powertrain.battery_electric.motor.maximum_speed_radps=60.0"],
+            ]
+            .concat(),
         ),
     ];
     let diesel = diesel.iter().map(|(what, sets)| ("field-truck", *what, sets));
@@ -123,7 +133,9 @@ fn time_beyond_the_fuel_map_is_counted_and_none_within() {
 
 #[test]
 fn the_count_is_what_the_trace_shows() {
-    let wider = [&NARROW[..], &["vehicle.engine.map_speed_radps=[85.0, 125.0]"]].concat();
+    let wider =
+        [&NARROW[..], &["vehicle.powertrain.combustion.engine.map_speed_radps=[85.0, 125.0]"]]
+            .concat();
     let study = loaded("field-truck", &wider);
     let model = &diesel(&study).engine_model;
     for cycle_id in 0..4 {
@@ -158,11 +170,15 @@ fn a_motor_beyond_its_map_and_a_battery_beyond_its_power_are_counted() {
         record.outside_map_s.unwrap() / record.duration_s
     };
     assert_eq!(outside(&[]), 0.0);
-    let short = ["vehicle.electric.motor.map_speed_radps=[0.0, 10.0, 20.0, 30.0, 40.0]"];
+    let short =
+        ["vehicle.powertrain.battery_electric.motor.map_speed_radps=[0.0, 10.0, 20.0, 30.0, 40.0]"];
     let share = outside(&short);
     assert!(share > 0.3, "{share}");
     // U²/4R at 600 V and more is 9 kW and more, and the auxiliaries alone want 50
-    let poor = ["vehicle.electric.battery.resistance_ohm=10.0", "vehicle.auxiliary_power_w=50000"];
+    let poor = [
+        "vehicle.powertrain.battery_electric.battery.resistance_ohm=10.0",
+        "vehicle.auxiliary_power_w=50000",
+    ];
     assert!(outside(&poor) > 0.99);
 }
 

@@ -137,13 +137,13 @@ fn a_body_takes_its_power_from_the_engine_at_its_speed_and_is_cut_at_full_load()
         (trace(&study, 1, 0).record, study)
     };
     let (plain, _) = fuel_kg(&[]);
-    let speed = "vehicle.engine.power_take_off_speed_radps=105";
+    let speed = "vehicle.powertrain.combustion.engine.power_take_off_speed_radps=105";
     let (works, study) = fuel_kg(&["mission.stops.power_take_off.power_w=30000", speed]);
     let diesel = diesel(&study);
     let truck = study.sample(1, 0).vehicle;
     let auxiliary_w = truck.auxiliary_power_w;
     let rate = |speed_radps: f64, power_w: f64| {
-        truck.fuel_factor * diesel.engine.fuel_kgps(speed_radps, power_w / speed_radps)
+        truck.map_factor * diesel.engine.fuel_kgps(speed_radps, power_w / speed_radps)
     };
     let idle_radps = diesel.engine_model.idle_speed_radps;
     let stands_s = 9.0 * 300.0;

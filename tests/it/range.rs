@@ -12,7 +12,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 /// 100 kWh: some 55 km.
-const SMALL: &str = "vehicle.electric.battery.capacity_j=3.6e8";
+const SMALL: &str = "vehicle.powertrain.battery_electric.battery.capacity_j=3.6e8";
 
 fn text(arguments: &[&str]) -> String {
     let output = ocmc(arguments).assert().success().get_output().clone();

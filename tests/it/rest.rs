@@ -103,7 +103,7 @@ fn on_sampled_trips_nobody_drives_longer_than_the_law_allows() {
     for (base, n) in [("long-haul", 12), ("battery-truck", 6), ("urban-delivery", 4)] {
         let more = [
             "mission.stops.dwell_s={distribution=\"uniform\", lower=900, upper=2000}",
-            "vehicle.electric.battery.capacity_j=7.2e9",
+            "vehicle.powertrain.battery_electric.battery.capacity_j=7.2e9",
             EU,
         ];
         let more: Vec<&str> = more

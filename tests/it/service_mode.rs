@@ -33,12 +33,17 @@ fn hostile(file: &str) -> Vec<String> {
     };
     let keys = ["direct", "indirect", "axle", "retarder"].map(|name| format!("{name}_loss_file"));
     let columns = format!("{{ file = {file}, columns = {{ torque_nm = \"a\" }} }}");
-    let mut studies: Vec<String> = keys
-        .iter()
-        .map(|key| table("vehicle.gearbox", key, &file))
-        .chain([&file, &columns].map(|value| table("vehicle.engine", "map_file", value)))
-        .chain([&file, &columns].map(|value| table("vehicle.engine", "full_load_file", value)))
-        .collect();
+    let mut studies: Vec<String> =
+        keys.iter()
+            .map(|key| table("vehicle.powertrain.combustion.gearbox", key, &file))
+            .chain(
+                [&file, &columns]
+                    .map(|value| table("vehicle.powertrain.combustion.engine", "map_file", value)),
+            )
+            .chain([&file, &columns].map(|value| {
+                table("vehicle.powertrain.combustion.engine", "full_load_file", value)
+            }))
+            .collect();
     studies.push(format!("study.base = {file}\n"));
     studies.push(format!("vehicle.base = {file}\nstudy.base = \"field-truck\"\n"));
     studies.push(format!("study.base = {file}\nvehicle.base = {file}\nroad.types = {{}}\n"));

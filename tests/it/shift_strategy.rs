@@ -2,7 +2,7 @@
 
 use crate::common::{GivenRoad, column, diesel, study, typical};
 use ocmc_core::kernel::drive::trace::{Trace, trace, trace_scenario};
-use ocmc_core::powertrain::gearbox::ShiftInputs;
+use ocmc_core::powertrain::component::gearbox::ShiftInputs;
 
 /// With half the pedal a gear is entered from 95 + 32/2 rad/s on, and left below 88 + 20/2.
 const HALF: f64 = 0.5;
@@ -16,7 +16,10 @@ const INERTIA_KGM2: f64 = 5.15;
 
 #[test]
 fn each_line_of_the_strategy() {
-    let study = study("field-truck", &["vehicle.gearbox.shift.minimum_acceleration_mps2=-10"]);
+    let study = study(
+        "field-truck",
+        &["vehicle.powertrain.combustion.gearbox.shift.minimum_acceleration_mps2=-10"],
+    );
     let drive = diesel(&study);
     let gears = &study.vehicle().gears;
     let full_load_nm = |w: f64| drive.engine.full_load_nm(w);
@@ -150,13 +153,13 @@ fn shift_interval_counts_from_the_shifts_beginning() {
     // half of it
     for (duration_s, interval_s) in [(1.0, 2.0), (1.5, 3.0)] {
         let study = typical(&[
-            "vehicle.gearbox.shift.most_steps=1",
-            "vehicle.gearbox.shift.up_speed_radps=60",
-            "vehicle.gearbox.shift.up_pedal_radps=1",
-            "vehicle.gearbox.shift.down_speed_radps=50",
-            "vehicle.gearbox.shift.down_pedal_radps=0",
-            &format!("vehicle.gearbox.shift.duration_s={duration_s}"),
-            &format!("vehicle.gearbox.shift.interval_s={interval_s}"),
+            "vehicle.powertrain.combustion.gearbox.shift.most_steps=1",
+            "vehicle.powertrain.combustion.gearbox.shift.up_speed_radps=60",
+            "vehicle.powertrain.combustion.gearbox.shift.up_pedal_radps=1",
+            "vehicle.powertrain.combustion.gearbox.shift.down_speed_radps=50",
+            "vehicle.powertrain.combustion.gearbox.shift.down_pedal_radps=0",
+            &format!("vehicle.powertrain.combustion.gearbox.shift.duration_s={duration_s}"),
+            &format!("vehicle.powertrain.combustion.gearbox.shift.interval_s={interval_s}"),
         ]);
         // downhill and without payload: speed and power never lack
         let road = GivenRoad { payload_kg: 0.0, ..GivenRoad::flat(1500.0, 22.0).slope(-0.03) };
@@ -175,10 +178,10 @@ fn shift_interval_counts_from_the_shifts_beginning() {
 fn upshift_line_a_step_ends_where_the_engine_reaches_the_line_of_the_next_gear() {
     // without it a shift came up to a whole step too late. Nothing but the line holds a shift back
     let study = typical(&[
-        "vehicle.gearbox.shift.duration_s=0",
-        "vehicle.gearbox.shift.interval_s=0",
-        "vehicle.gearbox.shift.most_steps=1",
-        "vehicle.gearbox.shift.up_pedal_radps=0",
+        "vehicle.powertrain.combustion.gearbox.shift.duration_s=0",
+        "vehicle.powertrain.combustion.gearbox.shift.interval_s=0",
+        "vehicle.powertrain.combustion.gearbox.shift.most_steps=1",
+        "vehicle.powertrain.combustion.gearbox.shift.up_pedal_radps=0",
         "simulation.step_s=2.0",
     ]);
     let gears = &study.vehicle().gears;
@@ -209,11 +212,11 @@ fn kickdown_counts_a_pressed_pedal_from_where_the_torque_is_back() {
     // a loaded truck on a climb that it cannot take in any high gear; the lines of engine speed
     // alone do not shift it down
     let study = typical(&[
-        "vehicle.gearbox.shift.down_speed_radps=60",
-        "vehicle.gearbox.shift.down_pedal_radps=0",
-        "vehicle.gearbox.shift.interval_s=0",
-        "vehicle.gearbox.shift.opposite_interval_s=0",
-        "vehicle.gearbox.shift.kickdown_speed_radps=210",
+        "vehicle.powertrain.combustion.gearbox.shift.down_speed_radps=60",
+        "vehicle.powertrain.combustion.gearbox.shift.down_pedal_radps=0",
+        "vehicle.powertrain.combustion.gearbox.shift.interval_s=0",
+        "vehicle.powertrain.combustion.gearbox.shift.opposite_interval_s=0",
+        "vehicle.powertrain.combustion.gearbox.shift.kickdown_speed_radps=210",
     ]);
     let mut road = GivenRoad::flat(4000.0, 80.0 / 3.6);
     road.slopes = vec![0.0; 80];
@@ -284,6 +287,9 @@ fn shift_look_ahead_a_fleet_hardly_hunts() {
         let (hunting, n) = hunting(name, &[]);
         assert!(n > 2000 && 100 * hunting < n, "{name}: {hunting} of {n}");
     }
-    let (hunting, n) = hunting("field-truck", &["vehicle.gearbox.shift.opposite_interval_s=0"]);
+    let (hunting, n) = hunting(
+        "field-truck",
+        &["vehicle.powertrain.combustion.gearbox.shift.opposite_interval_s=0"],
+    );
     assert!(50 * hunting > n, "{hunting} of {n}");
 }

@@ -2,6 +2,7 @@
 
 use crate::common::study;
 use crate::program::ocmc;
+use ocmc_core::powertrain::combustion::CombustionModel;
 use ocmc_core::study::Study;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -17,7 +18,7 @@ fn answer(arguments: &[&str]) -> Value {
 fn full_acceleration_mps2(study: &Study, speed_mps: f64) -> f64 {
     let model = &study.model().vehicle;
     let truck = study.sample(1, 0).vehicle;
-    let (engine, gearbox) = (model.engine.as_ref().unwrap(), model.gearbox.as_ref().unwrap());
+    let CombustionModel { engine, gearbox } = model.powertrain.combustion().unwrap();
     let radius_m = model.wheel_radius_m;
     let of_gear = |ratio: &f64| {
         let propeller_radps = speed_mps * gearbox.axle_ratio / radius_m;

@@ -23,7 +23,7 @@ fn other_trips_arrive_with_the_answer() {
     let ends = answer["sizes"][0]["ci95_j"].as_array().expect("two ends");
     let [low_j, high_j] = [0, 1].map(|k| ends[k].as_f64().expect("an end"));
     assert!(low_j < size_j && size_j < high_j && high_j < 1.1 * low_j, "{answer}");
-    let battery = format!("vehicle.electric.battery.capacity_j={size_j}");
+    let battery = format!("vehicle.powertrain.battery_electric.battery.capacity_j={size_j}");
     let run = ["--study", "battery-truck", "--set", SHORT, "--set", &battery, "--cycles", "4000"];
     let mut program = ocmc(&[&run[..], &["--seed", "77", "--quiet", "--json"]].concat());
     let output = program.assert().success().get_output().clone();

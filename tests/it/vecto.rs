@@ -18,7 +18,7 @@ const CYCLES: [(&str, [f64; 4]); 2] =
 const PAYLOADS_KG: [f64; 4] = [1900.0, 12_600.0, 19_200.0, 24_300.0];
 /// An engine with nearly twice the torque, which can follow VECTO's target speeds everywhere; its
 /// map goes on with its last slopes.
-const STRONG: &str = "vehicle.engine.full_load_torque_nm=\
+const STRONG: &str = "vehicle.powertrain.combustion.engine.full_load_torque_nm=\
      [2257, 3156, 4055, 4055, 4055, 3882, 3648, 3272, 2381, 1954, 1859, 2]";
 /// VECTO's driver [F: Truck.vacc]: accelerations, in m/s², at speeds in km/h; the decelerations are
 /// 1 up to 50 km/h, 0.5 from 60 on.
@@ -129,7 +129,7 @@ fn each_difference_has_its_switch() {
         ("overspeed band 5 km/h", &["driver.pedals.overspeed_band_mps=1.38889"]),
         ("acceleration 1.0 m/s² wanted", &["driver.speed_change.acceleration_mps2=1.0"]),
         ("deceleration 1.0 m/s²", &["driver.speed_change.deceleration_mps2=1.0"]),
-        ("no shift time", &["vehicle.gearbox.shift.duration_s=0.0"]),
+        ("no shift time", &["vehicle.powertrain.combustion.gearbox.shift.duration_s=0.0"]),
         ("air of 1.225 kg/m³", &["weather.temperature.mean_k=288.15", "weather.altitude_m=0"]),
         ("slope on steps of 5 m", &["road.slope_step_m=5"]),
     ];
@@ -165,9 +165,9 @@ fn the_truck_of_vectos_own_files() {
     let text = format!(
         "[study]\nname = \"vecto-files\"\ndescription = \"VECTO's 40 t truck from its files\"\nbase = \"{base}\"\n\
          [vehicle]\ndrag_area_m2 = 6.2985\ntyre_code = \"315/70R22.5\"\n\
-         [vehicle.engine]\ninertia_kgm2 = 5.1471\nidle_speed_radps = 58.64\n\
+         [vehicle.powertrain.combustion.engine]\ninertia_kgm2 = 5.1471\nidle_speed_radps = 58.64\n\
          full_load_file = \"{}\"\nmap_file = \"{}\"\n\
-         [vehicle.gearbox]\nratio = [14.93, 11.64, 9.02, 7.04, 5.64, 4.40, 3.39, 2.65, 2.05, 1.60, 1.28, 1.00]\n\
+         [vehicle.powertrain.combustion.gearbox]\nratio = [14.93, 11.64, 9.02, 7.04, 5.64, 4.40, 3.39, 2.65, 2.05, 1.60, 1.28, 1.00]\n\
          axle_ratio = 2.59\ndirect_loss_file = \"{}\"\nindirect_loss_file = \"{}\"\naxle_loss_file = \"{}\"\n\
          retarder_loss_file = \"{}\"\n",
         path("40t_Long_Haul_Truck.vfld"),
@@ -208,7 +208,7 @@ fn the_truck_of_vectos_own_files() {
         println!("{line}");
     }
     // what is wrong names the study's line and the file
-    let text = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n[vehicle.engine]\nmap_file = \"no.vmap\"\n";
+    let text = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n[vehicle.powertrain.combustion.engine]\nmap_file = \"no.vmap\"\n";
     let error = ocmc_io::study::load_text("a.toml", text, none).unwrap_err().to_string();
     assert!(error.contains("a.toml:6:") && error.contains("no.vmap"), "{error}");
     let error = load("field-truck", &["vehicle.tyre_code=round"]).unwrap_err().to_string();

@@ -51,7 +51,8 @@ fn each_trip_is_delivered_once_and_whole() {
 
 #[test]
 fn a_trip_that_is_asked_for_twice_is_told_twice() {
-    let sets = ["mission.length_m=20000", "vehicle.electric.battery.capacity_j=1.2e8"];
+    let sets =
+        ["mission.length_m=20000", "vehicle.powertrain.battery_electric.battery.capacity_j=1.2e8"];
     let study = crate::common::study("battery-truck", &sets);
     let once = replay(&study, 1, &[3, 4, 7, 20, 21]);
     let short = once.iter().find(|record| record.outcome == Outcome::Depleted).expect("one is");

@@ -58,7 +58,7 @@ const SHORT_M: f64 = 5000.0;
 ///
 /// ```
 /// use ocmc_api::{RangeRequest, RunPlan, go_on, range, study};
-/// let study = study::load("battery-truck", &["vehicle.electric.battery.capacity_j=1.8e8"])?;
+/// let study = study::load("battery-truck", &["vehicle.powertrain.battery_electric.battery.capacity_j=1.8e8"])?;
 /// let study = ("battery-truck".to_owned(), &study);
 /// let answer = range(&RangeRequest { study, plan: RunPlan::new(1, 0, 40, None, None) }, &mut go_on)?;
 /// assert_eq!((answer.range.all.trips, answer.range.all.depleted), (40, 40));
@@ -79,9 +79,13 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
         let stop = charging.stop.as_ref().map(|_| "charging.stop.begin_below=0");
         sets.extend(public.into_iter().chain(stop).map(str::to_owned));
         // without chargers nothing is left to use the reserve for
-        if let (Some(_), Some(electric)) = (public, &study.model.vehicle.electric) {
+        if let (Some(_), Some(electric)) =
+            (public, study.model.vehicle.powertrain.battery_electric())
+        {
             let lowest = electric.battery.minimum_charge.max(charging.reserve);
-            sets.push(format!("vehicle.electric.battery.minimum_charge={lowest}"));
+            sets.push(format!(
+                "vehicle.powertrain.battery_electric.battery.minimum_charge={lowest}"
+            ));
         }
     }
     let mut trip_length_m = None;
@@ -127,7 +131,7 @@ pub fn range_of_run(directory: &Path) -> Result<RangeAnswer, Error> {
 
 /// The most that a battery gives, in J; none without one.
 fn usable_j(model: &StudyModel) -> Option<f64> {
-    let battery = &model.vehicle.electric.as_ref()?.battery;
+    let battery = &model.vehicle.powertrain.battery_electric()?.battery;
     let reserve = model.charging.as_ref().map_or(0.0, |charging| charging.reserve);
     Some(battery.capacity_j * (1.0 - battery.minimum_charge.max(reserve)))
 }
@@ -230,7 +234,10 @@ mod tests {
 
     #[test]
     fn lines_fit_eighty_columns() {
-        let study = load("battery-truck", &["vehicle.electric.battery.capacity_j=1.8e8"]);
+        let study = load(
+            "battery-truck",
+            &["vehicle.powertrain.battery_electric.battery.capacity_j=1.8e8"],
+        );
         let study = study.expect("a study");
         let plan = RunPlan::new(1, 0, 60, Some(2), None);
         let request = RangeRequest { study: ("battery-truck".to_owned(), &study), plan };

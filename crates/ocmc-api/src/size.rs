@@ -101,7 +101,7 @@ const J_PER_KWH: f64 = 3.6e6;
 /// truck, and [`Error::Interrupted`].
 pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Error> {
     let SizeRequest { study: (name, study), arrive, kg_per_kwh, season, plan } = request;
-    let Some(electric) = &study.model.vehicle.electric else {
+    let Some(electric) = study.model.vehicle.powertrain.battery_electric() else {
         return Err(Error::NoBattery { name: name.clone() });
     };
     if let Some(share) = arrive.iter().find(|share| !(**share > 0.0 && **share < 1.0)) {
@@ -129,7 +129,7 @@ pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Erro
         let trips: Vec<u64> = trips.iter().map(|k| places[*k as usize]).collect();
         let mass_kg = own_kg + kg_per_kwh * (capacity_j - own_j) / J_PER_KWH;
         let sets = [
-            format!("vehicle.electric.battery.capacity_j={capacity_j:e}"),
+            format!("vehicle.powertrain.battery_electric.battery.capacity_j={capacity_j:e}"),
             format!("vehicle.curb_mass_kg={mass_kg:e}"),
         ];
         let sized = match study.set(&sets) {

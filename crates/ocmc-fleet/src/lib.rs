@@ -43,6 +43,7 @@ pub mod statistic;
 pub mod summary;
 pub mod training;
 pub mod truck_arrivals;
+pub mod truck_column;
 pub mod truck_year;
 pub mod uncertainty;
 pub mod variance_share;

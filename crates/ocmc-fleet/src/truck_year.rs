@@ -23,9 +23,9 @@ use super::dependence::Dependence;
 use super::quantity::{CONSUMPTIONS, QUANTITIES, quantity};
 use super::ratio::{Ratio, student_975};
 use super::statistic::Statistic;
-use ocmc_core::energy::carrier::{CARRIERS, Carrier, Named};
+use ocmc_core::energy::carrier::{CARRIERS, Carrier};
 use ocmc_core::random::nesting::DAYS_OF_YEAR;
-use ocmc_core::record::{Cell, Outcome, Record};
+use ocmc_core::record::{Outcome, Record};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
@@ -64,112 +64,6 @@ pub struct TruckTime {
     /// Σ y², Σ x y and Σ x² of the consumption's totals, for its interval.
     products: [f64; 3],
 }
-
-/// One column of a table of truck-years.
-#[derive(Clone, Copy, Debug)]
-pub struct TruckColumn {
-    /// Its name, with the unit.
-    pub name: &'static str,
-    /// What it says.
-    pub meaning: &'static str,
-    get: Get,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Get {
-    Field(fn(&TruckTime) -> Cell),
-    Taken(usize),
-    Sold(usize),
-    Quantity(usize),
-}
-
-impl TruckColumn {
-    /// The value of a truck-year.
-    pub fn get(&self, of: &TruckTime) -> Cell {
-        match self.get {
-            Get::Field(get) => get(of),
-            Get::Taken(k) => Cell::Number(of.taken[k]),
-            Get::Sold(k) => Cell::Number(of.sold[k]),
-            Get::Quantity(k) => Cell::Number(of.value(k)),
-        }
-    }
-}
-
-const fn field(
-    name: &'static str,
-    meaning: &'static str,
-    get: fn(&TruckTime) -> Cell,
-) -> TruckColumn {
-    TruckColumn { name, meaning, get: Get::Field(get) }
-}
-
-/// The columns that are totals, or say which truck and which year.
-const FIELDS: [TruckColumn; 8] = [
-    field("truck_id", "The truck", |t| Cell::Integer(Some(t.truck_id))),
-    field("year", "The year, from 0", |t| Cell::Integer(Some(t.year))),
-    field("n_trips", "Completed trips", |t| Cell::Integer(Some(t.n_trips))),
-    field(
-        "n_failed",
-        "Trips that were not completed; those that stalled or timed out are in no total",
-        |t| Cell::Integer(Some(t.n_failed)),
-    ),
-    field("distance_m", "Distance, in m", |t| Cell::Number(Some(t.distance_m))),
-    field("total_duration_s", "Duration of all trips, in s", |t| Cell::Number(Some(t.duration_s))),
-    field("payload_distance_kgm", "Payload times distance, in kg m", |t| {
-        Cell::Number(Some(t.payload_distance_kgm))
-    }),
-    field("wheel_energy_j", "Positive work at the wheels, in J", |t| {
-        Cell::Number(Some(t.wheel_energy_j))
-    }),
-];
-
-/// Carbon dioxide, behind the columns of the carriers.
-const CO2: TruckColumn =
-    field("co2_kg", "Carbon dioxide from burning the fuel, in kg", |t| Cell::Number(t.co2_kg));
-
-/// Columns of what was taken: of each carrier its amount, and that in the unit of sale where it is
-/// another one.
-const TAKEN: usize = {
-    let (mut count, mut k) = (Carrier::COUNT, 0);
-    while k < Carrier::COUNT {
-        count += CARRIERS[k].sold.is_some() as usize;
-        k += 1;
-    }
-    count
-};
-
-/// Columns before those of the quantities.
-const TOTALS: usize = FIELDS.len() + TAKEN + 1;
-
-/// The columns of a table of truck-years: totals, then each quantity of the fleet as the truck's
-/// total over total.
-pub const TRUCK_COLUMNS: [TruckColumn; TOTALS + QUANTITIES.len()] = {
-    let mut all = [CO2; TOTALS + QUANTITIES.len()];
-    let mut k = 0;
-    while k < FIELDS.len() {
-        all[k] = FIELDS[k];
-        k += 1;
-    }
-    let mut carrier = 0;
-    while carrier < Carrier::COUNT {
-        let Named { name, meaning } = CARRIERS[carrier].amount;
-        all[k] = TruckColumn { name, meaning, get: Get::Taken(carrier) };
-        k += 1;
-        if let Some(Named { name, meaning }) = CARRIERS[carrier].sold {
-            all[k] = TruckColumn { name, meaning, get: Get::Sold(carrier) };
-            k += 1;
-        }
-        carrier += 1;
-    }
-    let mut quantity = 0;
-    while quantity < QUANTITIES.len() {
-        let name = QUANTITIES[quantity].column;
-        let meaning = "The quantity of that name over the truck's year, total over total";
-        all[TOTALS + quantity] = TruckColumn { name, meaning, get: Get::Quantity(quantity) };
-        quantity += 1;
-    }
-    all
-};
 
 impl TruckTime {
     fn add(&mut self, record: &Record) {
@@ -213,7 +107,7 @@ impl TruckTime {
     }
 
     /// A quantity of the truck: total over total.
-    fn value(&self, quantity: usize) -> Option<f64> {
+    pub(crate) fn value(&self, quantity: usize) -> Option<f64> {
         let (y, x) = self.totals[quantity];
         (x > 0.0).then(|| y / x)
     }

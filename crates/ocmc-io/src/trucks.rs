@@ -4,7 +4,8 @@ use crate::records::RecordFormat;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt64Array};
 use arrow_schema::{DataType, Field, Schema};
 use ocmc_core::record::Cell;
-use ocmc_fleet::truck_year::{TRUCK_COLUMNS, TruckColumn, TruckTime};
+use ocmc_fleet::truck_column::{TRUCK_COLUMNS, TruckColumn};
+use ocmc_fleet::truck_year::TruckTime;
 use std::sync::Arc;
 
 /// Name of the file beside records of that format.

@@ -659,7 +659,7 @@ impl PyStudy {
     /// Examples
     /// --------
     /// >>> import ocmc
-    /// >>> study = ocmc.Study("battery-truck").set("vehicle.electric.battery.capacity_j", 1.8e8)
+    /// >>> study = ocmc.Study("battery-truck").set("vehicle.powertrain.battery_electric.battery.capacity_j", 1.8e8)
     /// >>> answer = study.range(cycles=20)
     /// >>> answer["trips"], answer["depleted"], answer["curve"][0]["share"]
     /// (20, 20, 1.0)

@@ -12,7 +12,7 @@ use ocmc_core::operating_cycle::road::surface::Ground;
 use ocmc_core::operating_cycle::weather::STANDARD_WEATHER;
 use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, WeatherStretch};
 use ocmc_core::powertrain::PowertrainKind;
-use ocmc_core::powertrain::diesel::DieselPowertrain;
+use ocmc_core::powertrain::combustion::CombustionPowertrain;
 use ocmc_core::random::Streams;
 use ocmc_core::record::Record;
 use ocmc_core::study::{Scenario, Study};
@@ -115,9 +115,9 @@ pub(crate) fn typical(sets: &[&str]) -> Study {
 }
 
 /// Engine and gearbox of a study that has them.
-pub(crate) fn diesel(study: &Study) -> &DieselPowertrain {
+pub(crate) fn diesel(study: &Study) -> &CombustionPowertrain {
     match &study.vehicle().powertrain {
-        PowertrainKind::Diesel(diesel) => diesel,
+        PowertrainKind::Combustion(diesel) => diesel,
         PowertrainKind::BatteryElectric(_) => panic!("a diesel truck"),
     }
 }

@@ -109,7 +109,7 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     let wall_s = clock.elapsed().as_secs_f64();
     let by_wheels = compared.iter().all(|comparison| comparison.column == WHEEL);
     let without_fuel = studies.iter().filter(|(_, study)| {
-        let carriers = study.model.vehicle.carriers().iter();
+        let carriers = study.model.vehicle.powertrain.carriers().iter();
         let fills = carriers.map(|carrier| carrier.declaration().filled).any(|keys| keys.is_some());
         column.is_none() && by_wheels && !fills
     });

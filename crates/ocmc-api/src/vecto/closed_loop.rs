@@ -37,7 +37,7 @@ pub(super) fn by_vectos_driver(
     driver: &VectoDriver,
 ) -> Result<(Terms, DriveCycle), Error> {
     let constant_w = (auxiliary_w - mission.added_power_w).max(0.0);
-    let planned = plan(&mission.mission, &truck.body, truck.diesel()?, constant_w, driver);
+    let planned = plan(&mission.mission, &truck.body, truck.combustion()?, constant_w, driver);
     let cycle = planned.drive_cycle().map_err(Error::VectoPlan)?;
     // an engine of VECTO 3 drags and turns down in a gap
     let convention = match driver.look_ahead {

@@ -4,8 +4,8 @@ use super::VectoRequest;
 use super::terms::Terms;
 use crate::error::Error;
 use crate::study::{LoadedStudy, load_json};
-use ocmc_core::powertrain::diesel::DieselPowertrain;
-use ocmc_core::powertrain::{Powertrain, PowertrainKind, ShiftConvention, TruckInputs};
+use ocmc_core::powertrain::combustion::CombustionPowertrain;
+use ocmc_core::powertrain::{Powertrain, ShiftConvention, TruckInputs};
 use ocmc_core::prescribed::{Body, CycleStep, DriveCycle, follow};
 use ocmc_core::study::Scenario;
 use ocmc_io::vecto::{Job, Second, Series};
@@ -92,11 +92,12 @@ impl ComparedTruck {
         sets.push(format!("mission.payload_kg={}", payload_kg.max(0.0)));
         let loaded = load_json(&study, &sets)?;
         // VECTO's clutch slips in all gears, a little above the idle speed
-        if let PowertrainKind::Diesel(diesel) = &loaded.study.vehicle().powertrain {
-            let idle_radps = diesel.engine_model.idle_speed_radps;
-            let slips_radps = idle_radps + SLIPS * (diesel.rated_speed_radps() - idle_radps);
-            sets.push(format!("vehicle.gearbox.shift.launch_gears={}", diesel.gears.len()));
-            sets.push(format!("vehicle.gearbox.shift.launch_speed_radps={slips_radps}"));
+        if let Some(combustion) = loaded.study.vehicle().powertrain.combustion() {
+            let idle_radps = combustion.engine_model.idle_speed_radps;
+            let slips_radps = idle_radps + SLIPS * (combustion.rated_speed_radps() - idle_radps);
+            let shift = "vehicle.powertrain.combustion.gearbox.shift";
+            sets.push(format!("{shift}.launch_gears={}", combustion.gears.len()));
+            sets.push(format!("{shift}.launch_speed_radps={slips_radps}"));
         }
         let loaded = load_json(&study, &sets)?;
         let scenario = loaded.study.sample(1, 0);
@@ -114,16 +115,14 @@ impl ComparedTruck {
     }
 
     /// Its powertrain.
-    pub(super) fn diesel(&self) -> Result<&DieselPowertrain, Error> {
-        match &self.loaded.study.vehicle().powertrain {
-            PowertrainKind::Diesel(powertrain) => Ok(powertrain),
-            PowertrainKind::BatteryElectric(_) => Err(Error::VectoWithoutEngine),
-        }
+    pub(super) fn combustion(&self) -> Result<&CombustionPowertrain, Error> {
+        let powertrain = &self.loaded.study.vehicle().powertrain;
+        powertrain.combustion().ok_or(Error::VectoWithoutEngine)
     }
 
     /// Fuel of our map at the speeds and torques of the engine of a series, in kg.
     pub(super) fn fuel_kg(&self, series: &Series) -> Result<f64, Error> {
-        let engine = &self.diesel()?.engine;
+        let engine = &self.combustion()?.engine;
         let burnt = |second: &Second| {
             engine.fuel_kgps(second.engine_radps, second.engine_w / second.engine_radps)
         };
@@ -136,17 +135,18 @@ impl ComparedTruck {
         cycle: &DriveCycle,
         convention: ShiftConvention,
     ) -> Result<Terms, Error> {
-        let diesel = self.diesel()?;
+        let combustion = self.combustion()?;
         let inputs = TruckInputs {
             auxiliary_power_w: self.auxiliary_w,
             ..self.scenario.vehicle.powertrain_inputs(0.0)
         };
-        let mut inverse = diesel.inverse(&inputs);
+        let mut inverse = combustion.inverse(&inputs);
         inverse.set_convention(convention);
         let followed = follow(cycle, &self.body, &mut *inverse);
-        let heating_jpkg = diesel.engine_model.fuel.heating_value_jpkg;
-        let retarder =
-            |step: CycleStep| diesel.retarder_n(step.speed.mean_mps()) * step.speed.distance_m();
+        let heating_jpkg = combustion.engine_model.fuel.heating_value_jpkg;
+        let retarder = |step: CycleStep| {
+            combustion.retarder_n(step.speed.mean_mps()) * step.speed.distance_m()
+        };
         let retarder_j = cycle.steps().map(retarder).sum();
         Ok(Terms::followed(&followed, inverse.n_shifts(), retarder_j, heating_jpkg))
     }

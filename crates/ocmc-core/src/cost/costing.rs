@@ -27,16 +27,17 @@ pub struct Sizes {
 impl Sizes {
     /// Those of a fleet's trucks.
     pub fn of(vehicle: &VehicleModel) -> Self {
-        let engine_kw = vehicle.engine.as_ref().map(|engine| {
+        let engine = vehicle.powertrain.combustion().map(|combustion| &combustion.engine);
+        let engine_kw = engine.map(|engine| {
             let points = engine.full_load_speed_radps.iter().zip(&engine.full_load_torque_nm);
             points.fold(0.0, |most, (speed, torque)| libm::fmax(most, speed * torque)) / 1000.0
         });
-        let electric = vehicle.electric.as_ref();
+        let electric = vehicle.powertrain.battery_electric();
         Self {
             engine_kw,
             motor_kw: electric.map(|electric| electric.motor.power_w / 1000.0),
             battery_kwh: electric.map(|electric| electric.battery.capacity_j / J_PER_KWH),
-            carriers: vehicle.carriers(),
+            carriers: vehicle.powertrain.carriers(),
         }
     }
 }

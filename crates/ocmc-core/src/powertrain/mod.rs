@@ -6,13 +6,11 @@
 //! none has a branch for another.
 
 pub mod battery_electric;
-mod bilinear;
-pub mod clutch;
-pub mod diesel;
+pub mod combustion;
+pub mod component;
 pub mod efficiency;
-pub mod gearbox;
 pub mod inverse;
-mod piece_table;
+mod model;
 
 use crate::charging::{ChargeCourse, ChargeCurve, ChargingPolicy};
 use crate::energy::Carrier;
@@ -21,9 +19,11 @@ use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes};
 use crate::record::Record;
 use battery_electric::BatteryElectricPowertrain;
-use diesel::DieselPowertrain;
+use combustion::CombustionPowertrain;
+use component::gearbox::GearLanes;
 use fearless_simd::prelude::*;
-use gearbox::GearLanes;
+
+pub use model::{PowertrainModel, TRUCK_LAWS};
 
 pub use inverse::{
     GearChoice, GearOrder, InversePowertrain, InverseStep, ShiftConvention, SpeedStep, StepCost,
@@ -32,8 +32,8 @@ pub use inverse::{
 /// The kinds of powertrain.
 #[derive(Clone, Debug)]
 pub enum PowertrainKind {
-    /// A diesel engine behind clutch and gearbox.
-    Diesel(DieselPowertrain),
+    /// An engine behind clutch and gearbox.
+    Combustion(CombustionPowertrain),
     /// A battery and a motor.
     BatteryElectric(BatteryElectricPowertrain),
 }
@@ -42,7 +42,7 @@ impl PowertrainKind {
     /// Gives the powertrain to a task that is compiled for each kind.
     pub fn dispatch<T: PowertrainTask>(&self, task: T) -> T::Answer {
         match self {
-            Self::Diesel(powertrain) => task.run(powertrain),
+            Self::Combustion(powertrain) => task.run(powertrain),
             Self::BatteryElectric(powertrain) => task.run(powertrain),
         }
     }
@@ -59,7 +59,7 @@ impl PowertrainKind {
     /// Whether it has a temperature that matters.
     pub fn has_temperature(&self) -> bool {
         match self {
-            Self::Diesel(_) => false,
+            Self::Combustion(_) => false,
             Self::BatteryElectric(powertrain) => powertrain.model.battery.thermal.is_some(),
         }
     }
@@ -72,7 +72,7 @@ impl PowertrainKind {
     /// How far ahead of a planned charging stop that is prepared, in m.
     pub fn preconditions_from_m(&self) -> f64 {
         match self {
-            Self::Diesel(powertrain) => powertrain.preconditions_from_m(),
+            Self::Combustion(powertrain) => powertrain.preconditions_from_m(),
             Self::BatteryElectric(powertrain) => powertrain.preconditions_from_m(),
         }
     }
@@ -80,9 +80,22 @@ impl PowertrainKind {
     /// What it stores.
     pub fn carriers(&self) -> &'static [Carrier] {
         match self {
-            Self::Diesel(powertrain) => powertrain.carriers(),
+            Self::Combustion(powertrain) => powertrain.carriers(),
             Self::BatteryElectric(powertrain) => powertrain.carriers(),
         }
+    }
+
+    /// The most that a body gets at a stop beside auxiliaries, in W; none where the battery gives it.
+    pub fn power_take_off_w(&self, auxiliary_power_w: f64) -> Option<f64> {
+        match self {
+            Self::Combustion(powertrain) => Some(powertrain.power_take_off_w(auxiliary_power_w)),
+            Self::BatteryElectric(_) => None,
+        }
+    }
+
+    /// The engine behind its gearbox, where it is one.
+    pub fn combustion(&self) -> Option<&CombustionPowertrain> {
+        if let Self::Combustion(powertrain) = self { Some(powertrain) } else { None }
     }
 
     /// Names of its columns in a trace.
@@ -101,7 +114,7 @@ impl PowertrainKind {
     /// Force at the wheels of a truck that coasts in top gear at a speed in m/s, in N.
     pub fn coasting_force_n(&self, speed_mps: f64) -> f64 {
         match self {
-            Self::Diesel(powertrain) => powertrain.coasting_force_n(speed_mps),
+            Self::Combustion(powertrain) => powertrain.coasting_force_n(speed_mps),
             // a motor runs freely
             Self::BatteryElectric(_) => 0.0,
         }
@@ -161,7 +174,7 @@ pub struct TruckInputs {
     /// Power of the auxiliaries, heating and cooling included, in W.
     pub auxiliary_power_w: f64,
     /// Factor on the fuel map.
-    pub fuel_factor: f64,
+    pub map_factor: f64,
     /// State of charge; none without a battery.
     pub initial_charge: Option<f64>,
 }

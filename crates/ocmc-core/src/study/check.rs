@@ -6,8 +6,7 @@ use super::fleet::FleetModel;
 use super::keys::{Bounds, Key, declarations};
 use crate::charging::ChargingPolicy;
 use crate::distribution::Quantity;
-use crate::powertrain::PowertrainKind;
-use crate::powertrain::diesel::DieselPowertrain;
+use crate::energy::Carrier;
 use crate::validation::{Problem, Problems};
 use crate::vehicle::VehicleModel;
 use serde::Deserialize;
@@ -52,7 +51,7 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     FleetModel::validate_levels(tree, &mut problems);
     problems.part("uncertainty", |problems| model.validate_uncertainty(tree, problems));
     let chains = fleet.calendar.as_ref().is_some_and(|calendar| calendar.chain);
-    if chains && vehicle.electric.is_some() {
+    if chains && vehicle.powertrain.carriers().contains(&Carrier::Electricity) {
         let depot = model.charging.as_ref().is_some_and(|charging| charging.depot.is_some());
         let allowed = "true with a table `charging.depot`, that charges the trucks between trips";
         problems.part("fleet", |problems| {
@@ -92,26 +91,26 @@ fn loads_within(model: &StudyModel, problems: &mut Problems) {
         require_legal("stops.cargo.payload_kg", payload);
     }
     let power = stops.and_then(|stops| stops.power_take_off.as_ref()).map(|body| &body.power_w);
-    if let (Some(Quantity::Number(power_w)), Some(diesel)) = (power, sound_diesel(vehicle)) {
-        let left_w = libm::floor(diesel.power_take_off_w(vehicle.auxiliary_power_w.centre()));
+    let most_w = || power_take_off_w(vehicle).map(libm::floor);
+    if let Some((Quantity::Number(power_w), left_w)) = power.zip(most_w()) {
         let allowed = format!(
             "at most {left_w}: the full load of the engine at \
-             `vehicle.engine.power_take_off_speed_radps` (that of idling where it is absent) less \
+             `vehicle.powertrain.combustion.engine.power_take_off_speed_radps` (that of idling where it is absent) less \
              its auxiliaries; a law is cut there"
         );
         problems.require(*power_w <= left_w, "stops.power_take_off.power_w", power_w, &allowed);
     }
 }
 
-/// The powertrain of a diesel truck with which nothing is wrong.
-fn sound_diesel(vehicle: &VehicleModel) -> Option<DieselPowertrain> {
+/// The most that an engine gives a body, in W; none without an engine, and where something is wrong
+/// with the truck.
+fn power_take_off_w(vehicle: &VehicleModel) -> Option<f64> {
     let mut problems = Problems::default();
     vehicle.validate(&mut problems);
-    let sound = vehicle.engine.is_some() && problems.into_found().is_empty();
-    match sound.then(|| vehicle.prepare())??.powertrain {
-        PowertrainKind::Diesel(diesel) => Some(diesel),
-        PowertrainKind::BatteryElectric(_) => None,
+    if !problems.into_found().is_empty() {
+        return None;
     }
+    vehicle.prepare().powertrain.power_take_off_w(vehicle.auxiliary_power_w.centre())
 }
 
 /// Given chargers lie on a drawn road of one length; given roads are looked at with them.

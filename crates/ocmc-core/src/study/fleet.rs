@@ -1,6 +1,7 @@
 //! The fleet of a study: how many trips a truck makes, who drives it, when, and at which level
 //! quantities are drawn.
 
+use crate::powertrain::TRUCK_LAWS;
 use crate::random::Stream;
 use crate::random::nesting::{Drivers, Level, Nesting, OperatingDays};
 use crate::validation::Problems;
@@ -94,8 +95,6 @@ const ONCE_A_TRIP: &[&str] = &[
     "vehicle.drag_area_m2",
     "vehicle.rolling_factor",
     "vehicle.auxiliary_power_w",
-    "vehicle.engine.fuel_factor",
-    "vehicle.electric.battery.initial_charge",
 ];
 
 impl FleetModel {
@@ -181,7 +180,8 @@ fn levels_below(value: &Value, path: &mut String, is_part: bool, problems: &mut 
                 } else {
                     "a law that a trip draws once, as mission.payload_kg or vehicle.drag_area_m2"
                 };
-                let holds = !is_part && ONCE_A_TRIP.contains(&path.as_str());
+                let mut once = ONCE_A_TRIP.iter().chain(&TRUCK_LAWS);
+                let holds = !is_part && once.any(|known| known == path);
                 problems.require(holds, &format!("{path}.{key}"), &table[key], allowed);
             }
             for (name, below) in table {

@@ -11,7 +11,7 @@ use crate::random::nesting::Level;
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 /// The allowed range of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,9 +97,27 @@ fn add_levels(law: &mut Schema, level: &Schema) {
     }
 }
 
+/// Makes of a choice between tables, each with a name of its own, a table of which one is there.
+fn one_table_of(schema: &mut Schema) {
+    let mut choices = Map::new();
+    for choice in schema.get("oneOf").and_then(Value::as_array).into_iter().flatten() {
+        let Some(keys) = choice.get("properties").and_then(Value::as_object) else { return };
+        let mut keys = keys.iter().filter(|(_, key)| key.get("const").is_none());
+        let (Some((name, key)), None) = (keys.next(), keys.next()) else { return };
+        choices.insert(name.clone(), key.clone());
+    }
+    if !choices.is_empty() && choices.values().all(|key| key.get("properties").is_some()) {
+        schema.remove("oneOf");
+        schema.insert("type".to_owned(), "object".into());
+        schema.insert("properties".to_owned(), choices.into());
+        schema.insert("additionalProperties".to_owned(), false.into());
+    }
+}
+
 /// Makes of the schema of a Rust type that of what is written in a file.
 fn as_written(schema: &mut Schema) {
     schema.remove("required");
+    one_table_of(schema);
     // a file has no null: what may be absent is described as what it is where it is there
     if let Some(Value::Array(kinds)) = schema.get_mut("type") {
         kinds.retain(|kind| kind != "null");

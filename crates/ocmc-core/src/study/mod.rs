@@ -268,7 +268,7 @@ fn breakdown_columns(model: &StudyModel, road_types: &[String]) -> Option<Arc<Br
     if by.contains(&Axis::EventKind) {
         parts.extend(Kind::ALL.map(|kind| part(Axis::EventKind, kind.name().to_owned())));
     }
-    let carriers = model.vehicle.carriers();
+    let carriers = model.vehicle.powertrain.carriers();
     (!parts.is_empty()).then(|| Arc::new(BreakdownColumns::new(parts, carriers)))
 }
 
@@ -281,7 +281,7 @@ impl Study {
         check::check(&model)?;
         let operating_cycle =
             OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
-        let mut vehicle = model.vehicle.prepare().expect("checked: one powertrain");
+        let mut vehicle = model.vehicle.prepare();
         if let Some(charging) = &model.charging {
             vehicle.powertrain.follow(charging);
         }

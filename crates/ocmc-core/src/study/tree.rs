@@ -153,12 +153,23 @@ impl<'de> Deserializer<'de> for Tree<'de> {
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         _: &'static str,
-        _: &'static [&'static str],
+        names: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, TreeError> {
         match self.0 {
             Value::String(word) => visitor.visit_enum(text(word)),
-            Value::Object(table) => visitor.visit_enum(MapAccessDeserializer::new(Keys::of(table))),
+            Value::Object(table) if table.len() == 1 => {
+                visitor.visit_enum(MapAccessDeserializer::new(Keys::of(table)))
+            }
+            Value::Object(table) => {
+                let there: Vec<&str> = table.keys().map(String::as_str).collect();
+                let there = if there.is_empty() { "none".to_owned() } else { there.join(" and ") };
+                Err(TreeError::custom(format_args!(
+                    "{there} of the tables {}: exactly one is allowed; leave an inherited one out by \
+                     study.drop",
+                    names.join(", ")
+                )))
+            }
             _ => Err(self.is_no(&"string or map")),
         }
     }

@@ -7,13 +7,9 @@ pub mod resistance;
 pub mod tyre;
 
 use crate::distribution::Quantity;
-use crate::energy::Carrier;
 use crate::lanes::UNBOUNDED;
-use crate::powertrain::battery_electric::{BatteryElectricPowertrain, ElectricModel};
-use crate::powertrain::diesel::DieselPowertrain;
-use crate::powertrain::diesel::engine::EngineModel;
-use crate::powertrain::gearbox::{Gear, GearboxModel, ShiftModel};
-use crate::powertrain::{PowertrainKind, TruckInputs};
+use crate::powertrain::component::gearbox::{Gear, ShiftModel};
+use crate::powertrain::{PowertrainKind, PowertrainModel, TruckInputs};
 use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
 use crate::validation::Problems;
@@ -80,20 +76,13 @@ pub struct VehicleModel {
     /// Speed range over which the limiter fades traction out, in m/s.
     #[schemars(range(min = 0.05, max = 5.0))]
     pub limiter_range_mps: f64,
-    /// Engine of a diesel powertrain.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub engine: Option<EngineModel>,
-    /// Gearbox and axle of a diesel powertrain.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gearbox: Option<GearboxModel>,
+    /// Powertrain: one of these tables.
+    pub powertrain: PowertrainModel,
     /// Brakes.
     pub brakes: BrakeModel,
     /// Whether it has to stop at open railway crossings, as buses and dangerous goods.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stops_at_railway_crossings: bool,
-    /// Battery-electric powertrain, instead of engine and gearbox.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub electric: Option<ElectricModel>,
 }
 
 /// What all trucks of a study share, prepared for the hot loop.
@@ -129,7 +118,7 @@ pub struct Vehicle {
     /// Power of the auxiliaries, in W.
     pub auxiliary_power_w: f64,
     /// Factor on the fuel map; 1 without one.
-    pub fuel_factor: f64,
+    pub map_factor: f64,
     /// State of charge at departure; none without a battery.
     pub initial_charge: Option<f64>,
     /// Whether it has to stop at open railway crossings.
@@ -154,28 +143,7 @@ impl VehicleModel {
             limit_kg,
             "above curb_mass_kg",
         );
-        let (key, found, allowed) = match (&self.engine, &self.gearbox, &self.electric) {
-            (Some(engine), Some(gearbox), None) => {
-                problems.part("engine", |problems| engine.validate(problems));
-                let idle_radps = engine.idle_speed_radps;
-                return problems.part("gearbox", |problems| gearbox.validate(idle_radps, problems));
-            }
-            (None, None, Some(electric)) => {
-                return problems.part("electric", |problems| electric.validate(problems));
-            }
-            (None, Some(_), None) => ("engine", "not there", "an engine for the gearbox"),
-            (Some(_), None, None) => ("gearbox", "not there", "a gearbox for the engine"),
-            (None, None, None) => {
-                ("", "without a powertrain", "`engine` and `gearbox`, or `electric`")
-            }
-            (_, _, Some(_)) => (
-                "electric",
-                "there beside `engine` or `gearbox`",
-                "one powertrain: leave an inherited one out by study.drop = [\"vehicle.engine\", \
-                 \"vehicle.gearbox\"]",
-            ),
-        };
-        problems.require(false, key, found, allowed);
+        problems.part("powertrain", |problems| self.powertrain.validate(problems));
     }
 
     fn validate_empty_shares(&self, problems: &mut Problems) {
@@ -198,15 +166,6 @@ impl VehicleModel {
             "above curb_mass_kg: axles[].empty_load_share needs the mass that load_share belongs \
              to",
         );
-    }
-
-    /// What it stores; nothing without a powertrain.
-    pub fn carriers(&self) -> &'static [Carrier] {
-        match (&self.engine, &self.electric) {
-            (Some(engine), _) => engine.fuel.carrier.alone(),
-            (None, Some(_)) => Carrier::Electricity.alone(),
-            (None, None) => &[],
-        }
     }
 
     /// The most that the law lets it carry, in kg.
@@ -242,16 +201,7 @@ impl VehicleModel {
         let drag_area_m2 = draw(&self.drag_area_m2);
         let rolling_factor = draw(&self.rolling_factor);
         let auxiliary_power_w = draw(&self.auxiliary_power_w);
-        let fuel_factor = self.engine.as_ref().map_or(1.0, |engine| draw(&engine.fuel_factor));
-        let initial_charge = self.electric.as_ref().map(|electric| {
-            let law = &electric.battery.initial_charge;
-            if spread {
-                let stream = Stream::Electric;
-                law.sample_once(streams, stream, &mut streams.open(stream))
-            } else {
-                law.centre()
-            }
-        });
+        let (map_factor, initial_charge) = self.powertrain.sample(&mut draw, streams, spread);
         Vehicle {
             mass_kg,
             driven_mass_kg: self.driven_mass_kg(mass_kg),
@@ -259,7 +209,7 @@ impl VehicleModel {
             rolling_coefficient: rolling_factor * self.rolling_base(mass_kg),
             rolling_factor,
             auxiliary_power_w,
-            fuel_factor,
+            map_factor,
             initial_charge,
             stops_at_railway_crossings: self.stops_at_railway_crossings,
         }
@@ -281,28 +231,16 @@ impl VehicleModel {
         }
     }
 
-    /// Prepares what all trucks share; none without a whole powertrain, or with two.
-    pub fn prepare(&self) -> Option<VehicleParameters> {
-        let radius_m = self.wheel_radius_m;
-        let (powertrain, gears, shift) = match (&self.engine, &self.gearbox, &self.electric) {
-            (Some(engine), Some(gearbox), None) => {
-                let engine_brake_nms = self.brakes.engine_brake_nms();
-                let diesel = DieselPowertrain::new(engine, gearbox, radius_m, engine_brake_nms);
-                let gears = diesel.gears.clone();
-                (PowertrainKind::Diesel(diesel), gears, gearbox.shift.clone())
-            }
-            (None, None, Some(model)) => {
-                let electric = BatteryElectricPowertrain::new(model, radius_m);
-                let gears = electric.gears.clone();
-                (PowertrainKind::BatteryElectric(electric), gears, model.strategy())
-            }
-            _ => return None,
-        };
+    /// Prepares what all trucks share.
+    pub fn prepare(&self) -> VehicleParameters {
+        let engine_brake_nms = self.brakes.engine_brake_nms();
+        let (powertrain, gears, shift) =
+            self.powertrain.prepare(self.wheel_radius_m, engine_brake_nms);
         let cross_wind = self.cross_wind.in_tangent();
         let by_speed = self.drag_by_speed.as_ref();
         let drag_by_speed = by_speed.map_or(DragBySpeed::NONE, DragBySpeedModel::prepare);
         let model = self.clone();
-        Some(VehicleParameters { powertrain, gears, shift, cross_wind, drag_by_speed, model })
+        VehicleParameters { powertrain, gears, shift, cross_wind, drag_by_speed, model }
     }
 
     /// Wheels' inertia as a mass at the rim, in kg.
@@ -316,7 +254,7 @@ impl Vehicle {
     pub fn powertrain_inputs(&self, climate_w: f64) -> TruckInputs {
         TruckInputs {
             auxiliary_power_w: self.auxiliary_power_w + climate_w,
-            fuel_factor: self.fuel_factor,
+            map_factor: self.map_factor,
             initial_charge: self.initial_charge,
         }
     }

@@ -91,7 +91,7 @@ impl Driven {
     pub fn of(study: &Study, scenario: &Scenario) -> Self {
         let trace = trace_scenario(study, scenario.clone());
         let gap_s = study.vehicle().shift.duration_s;
-        let orders = study.model().vehicle.electric.is_none();
+        let orders = study.model().vehicle.powertrain.battery_electric().is_none();
         let mut legs = legs(&trace, gap_s, orders);
         anchor(&mut legs, scenario);
         Self { legs, record: trace.record }

@@ -11,7 +11,8 @@ use ocmc_core::study::tree::{Step, TreeError};
 use ocmc_core::study::{Problem, StudyError, StudyModel};
 
 /// Keys of earlier studies that have gone, and where what they said is said now.
-const MOVED: [(&str, &str); 1] = [("vehicle.electric.charging", "charging.stop")];
+const MOVED: [(&str, &str); 1] =
+    [("vehicle.powertrain.battery_electric.charging", "charging.stop")];
 
 /// What a name is made of.
 const NO_HIDDEN: &str = "letters that are shown: no control characters, none that turn the \

@@ -38,7 +38,8 @@ mod tests {
         assert_eq!(vehicle["drag_area_m2"]["anyOf"][0]["maximum"], 20.0);
         assert_eq!(vehicle["axles"]["items"]["properties"]["tyres"]["maximum"], 16.0);
         assert_eq!(
-            vehicle["engine"]["properties"]["map_fuel_kgps"]["items"]["items"]["maximum"],
+            vehicle["powertrain"]["properties"]["combustion"]["properties"]["engine"]["properties"]
+                ["map_fuel_kgps"]["items"]["items"]["maximum"],
             1.0
         );
         assert_eq!(vehicle["base"]["type"], "string");

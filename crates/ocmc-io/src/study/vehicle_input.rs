@@ -5,10 +5,10 @@
 //! |---|---|
 //! | `vehicle.tyre_code` | `wheel_radius_m` |
 //! | `vehicle.coast_down` | `drag_area_m2`, `axles`, `rolling_load_exponent` |
-//! | `vehicle.engine.full_load_file` (`.vfld`: speed in rpm, full-load and drag torque in Nm) | full-load and drag curves |
-//! | `vehicle.engine.map_file` (`.vmap`: speed in rpm, torque in Nm, fuel in g/h) | the fuel map |
-//! | `vehicle.gearbox.direct_loss_file`, `indirect_loss_file`, `axle_loss_file` (`.vtlm`: speed, torque, loss) | loss torques and shares, by least squares |
-//! | `vehicle.gearbox.retarder_loss_file` (`.vrlm`: speed, loss) | `retarder_torque_nm`, `retarder_torque_nms2`, by least squares |
+//! | `vehicle.powertrain.combustion.engine.full_load_file` (`.vfld`: speed in rpm, full-load and drag torque in Nm) | full-load and drag curves |
+//! | `vehicle.powertrain.combustion.engine.map_file` (`.vmap`: speed in rpm, torque in Nm, fuel in g/h) | the fuel map |
+//! | `vehicle.powertrain.combustion.gearbox.direct_loss_file`, `indirect_loss_file`, `axle_loss_file` (`.vtlm`: speed, torque, loss) | loss torques and shares, by least squares |
+//! | `vehicle.powertrain.combustion.gearbox.retarder_loss_file` (`.vrlm`: speed, loss) | `retarder_torque_nm`, `retarder_torque_nms2`, by least squares |
 //!
 //! Files lie relative to the study. In place of a file stands `{ file, columns }` where columns
 //! have other names.
@@ -19,8 +19,8 @@ use super::node::Node;
 use crate::loss_law;
 use crate::table::formats::{ENGINE_CURVES, FUEL_MAP, LOSS_MAP};
 use crate::table::{Mapping, Quantity, Schema, Source, Table, TableError};
-use ocmc_core::powertrain::diesel::engine::MOST_KNOTS;
-use ocmc_core::powertrain::diesel::fuel_map::{FuelPoint, on_grid};
+use ocmc_core::powertrain::component::engine::MOST_KNOTS;
+use ocmc_core::powertrain::component::fuel_map::{FuelPoint, on_grid};
 use ocmc_core::vehicle::coast_down::CoastDown;
 use ocmc_core::vehicle::tyre::TyreSize;
 use serde::Deserialize;
@@ -40,10 +40,15 @@ pub(super) fn expand(tree: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
         let test = read_keys(&node, "vehicle.coast_down")?;
         put(vehicle, &coast_down(&test).map_err(|message| file_fault(&node, &message))?)?;
     }
-    if let Some(engine) = vehicle.get_mut("engine") {
+    let powertrain = vehicle.get_mut("powertrain");
+    let Some(combustion) = powertrain.and_then(|powertrain| powertrain.get_mut("combustion"))
+    else {
+        return Ok(());
+    };
+    if let Some(engine) = combustion.get_mut("engine") {
         engine_files(engine, files)?;
     }
-    if let Some(gearbox) = vehicle.get_mut("gearbox") {
+    if let Some(gearbox) = combustion.get_mut("gearbox") {
         gearbox_files(gearbox, files)?;
     }
     Ok(())
@@ -63,13 +68,19 @@ fn coast_down(test: &CoastDown) -> Result<Value, &'static str> {
 
 fn engine_files(engine: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
     let columns = [Quantity::EngineSpeed, Quantity::FullLoadTorque, Quantity::DragTorque];
-    let path = "vehicle.engine.full_load_file";
+    let path = "vehicle.powertrain.combustion.engine.full_load_file";
     let curves = numbers_of(engine, path, files, &ENGINE_CURVES, columns)?;
     if let Some([speed, full, _]) = &curves {
         put(engine, &full_load(speed, full))?;
     }
     let columns = [Quantity::EngineSpeed, Quantity::Torque, Quantity::FuelRate];
-    let map = numbers_of(engine, "vehicle.engine.map_file", files, &FUEL_MAP, columns)?;
+    let map = numbers_of(
+        engine,
+        "vehicle.powertrain.combustion.engine.map_file",
+        files,
+        &FUEL_MAP,
+        columns,
+    )?;
     if let Some([speed, torque, fuel]) = map {
         put(engine, &fuel_map(&speed, &torque, &fuel))?;
     }
@@ -110,8 +121,8 @@ fn gearbox_files(gearbox: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
     let columns = [Quantity::EngineSpeed, Quantity::InputTorque, Quantity::LossTorque];
     let mut laws = Vec::new();
     for (path, share) in [
-        ("vehicle.gearbox.direct_loss_file", "direct_loss_share"),
-        ("vehicle.gearbox.indirect_loss_file", "indirect_loss_share"),
+        ("vehicle.powertrain.combustion.gearbox.direct_loss_file", "direct_loss_share"),
+        ("vehicle.powertrain.combustion.gearbox.indirect_loss_file", "indirect_loss_share"),
     ] {
         if let Some(losses) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
             let [constant, growth, slope] = loss_law::of_gear(&losses);
@@ -123,13 +134,13 @@ fn gearbox_files(gearbox: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
         let [constant, growth] = [0, 1].map(|k| mean(laws.iter().map(|law| law[k])));
         put(gearbox, &json!({ "loss_torque_nm": constant, "loss_torque_nms": growth }))?;
     }
-    let path = "vehicle.gearbox.axle_loss_file";
+    let path = "vehicle.powertrain.combustion.gearbox.axle_loss_file";
     let columns = [Quantity::InputTorque, Quantity::LossTorque];
     if let Some([torque, loss]) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
         let [constant, _, slope] = loss_law::of_gear(&[vec![0.0; loss.len()], torque, loss]);
         put(gearbox, &json!({ "axle_loss_torque_nm": constant, "axle_loss_share": slope }))?;
     }
-    let path = "vehicle.gearbox.retarder_loss_file";
+    let path = "vehicle.powertrain.combustion.gearbox.retarder_loss_file";
     let columns = [Quantity::EngineSpeed, Quantity::LossTorque];
     if let Some(losses) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
         let [constant, growth] = loss_law::of_retarder(&losses);

@@ -77,11 +77,12 @@ impl Job {
     /// [`VectoError`] where a file that it names cannot be used.
     pub fn vehicle_keys(&self) -> Result<Value, VectoError> {
         let mut keys = self.vehicle.1.keys();
-        keys["engine"] = self.engine.1.keys(&self.engine.0)?;
+        let combustion = &mut keys["powertrain"]["combustion"];
+        combustion["engine"] = self.engine.1.keys(&self.engine.0)?;
         let most_nm = self.engine.1.peak_torque_nm(&self.engine.0)?;
-        keys["gearbox"] = self.gearbox.1.keys(&self.gearbox.0, most_nm)?;
+        combustion["gearbox"] = self.gearbox.1.keys(&self.gearbox.0, most_nm)?;
         if let Some((path, ratio)) = self.vehicle.1.retarder(&self.vehicle.0)? {
-            super::gearbox::add_retarder(&mut keys["gearbox"], &path, ratio)?;
+            super::gearbox::add_retarder(&mut combustion["gearbox"], &path, ratio)?;
         }
         Ok(keys)
     }

@@ -8,7 +8,7 @@ use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::record::{COLUMNS, Record};
 use ocmc_core::study::Study;
 use ocmc_core::study::keys::{Bounds, Key};
-use ocmc_fleet::truck_year::TRUCK_COLUMNS;
+use ocmc_fleet::truck_column::TRUCK_COLUMNS;
 use ocmc_io::study::{self, init_text};
 use serde_json::{Map, Value};
 use std::cell::RefCell;
@@ -165,7 +165,8 @@ fn the_page_of_the_records_is_made_from_their_columns() {
         let mut text = "| column | meaning |\n|---|---|\n".to_owned();
         if what == "truck-years" {
             for column in &TRUCK_COLUMNS {
-                writeln!(text, "| `{}` | {}. |", column.name, column.meaning).unwrap();
+                let meaning = column.meaning.trim_end_matches('.');
+                writeln!(text, "| `{}` | {meaning}. |", column.name).unwrap();
             }
             return text;
         }

@@ -64,13 +64,16 @@ fn studies_differ_from_the_default_one_only_where_they_say_so() {
     for built_in in study::list() {
         let model = model(built_in.name);
         if ["battery-truck", "electric-regional", "electric-long-haul"].contains(&built_in.name) {
-            assert!(model.vehicle.electric.is_some() && model.vehicle.engine.is_none());
+            assert!(model.vehicle.powertrain.battery_electric().is_some());
         } else if built_in.name == "passenger-car" {
-            assert!(model.vehicle.curb_mass_kg < 3500.0 && model.vehicle.engine.is_some());
+            assert!(
+                model.vehicle.curb_mass_kg < 3500.0
+                    && model.vehicle.powertrain.combustion().is_some()
+            );
         } else if built_in.name == "simulator-study" {
             // no retarder, and the engine that the paper's accelerations ask for
             assert_eq!(model.vehicle.brakes.engine_brake_power_w, 0.0);
-            assert_ne!(model.vehicle.engine, default.vehicle.engine);
+            assert_ne!(model.vehicle.powertrain, default.vehicle.powertrain);
         } else if built_in.name.starts_with("simulator-") {
             let mut vehicle = model.vehicle.clone();
             assert_eq!(vehicle.brakes.engine_brake_power_w, 0.0);
@@ -176,9 +179,11 @@ fn every_built_in_study_uses_only_keys_of_the_schema() {
     }
     // what may be absent is described, too
     let vehicle = &schema["properties"]["vehicle"]["properties"];
-    let motor = &vehicle["electric"]["properties"]["motor"]["properties"];
+    let powertrain = &vehicle["powertrain"]["properties"];
+    let motor = &powertrain["battery_electric"]["properties"]["motor"]["properties"];
     assert_eq!(motor["brake_share"]["maximum"], 1.0);
-    assert_eq!(vehicle["engine"]["properties"]["torque_lag_s"]["minimum"], 0.2);
+    let engine = &powertrain["combustion"]["properties"]["engine"]["properties"];
+    assert_eq!(engine["torque_lag_s"]["minimum"], 0.2);
 }
 
 #[test]

@@ -40,7 +40,10 @@ fn an_unknown_key_names_the_nearest() {
 fn a_key_that_moved_says_where_to() {
     let text = "study.base = \"battery-truck\"\nvehicle.electric.charging.power_w = 3e5\n";
     let error = error_of(text).to_string();
-    assert!(error.contains("`vehicle.electric.charging` is not a key"), "{error}");
+    assert!(
+        error.contains("`vehicle.powertrain.battery_electric.charging` is not a key"),
+        "{error}"
+    );
     assert!(error.contains("it has moved to `charging.stop`"), "{error}");
 }
 
@@ -119,7 +122,10 @@ fn a_wrong_type_names_the_right_one() {
             "study.name = 1979-05-27",
             "`study.name` is 1979-05-27, allowed is a text in quotation marks",
         ),
-        ("vehicle.engine = 1979-05-27", "`vehicle.engine` is 1979-05-27, allowed is a table"),
+        (
+            "vehicle.powertrain.combustion.engine = 1979-05-27",
+            "`vehicle.powertrain.combustion.engine` is 1979-05-27, allowed is a table",
+        ),
         ("study.name = 3", "`study.name` is 3, allowed is a text in quotation marks"),
         (
             "cost.fuel_per_l = \"dear\"",
@@ -205,15 +211,33 @@ fn keys_that_do_not_fit_together_say_what_would() {
         ("driver.pedals.pid.proportional_minimum = 3", "at most proportional_maximum"),
         ("driver.pedals.pid.correlation = [0.9, 0.9, -0.9]", "a positive definite"),
         ("vehicle.axles = []", "load shares with a sum of 1"),
-        ("study.drop = [\"vehicle.engine\"]", "an engine for the gearbox"),
-        ("study.drop = [\"vehicle.gearbox\"]", "a gearbox for the engine"),
-        ("study.drop = [\"vehicle.gearbox\", \"vehicle.engine\"]", "`engine` and `gearbox`, or"),
-        ("vehicle.gearbox.ratio = [1, 2]", "falling ratios"),
-        ("vehicle.gearbox.shift.start_gear = 13", "at most the number of gears"),
-        ("vehicle.gearbox.shift.launch_gears = 1", "only there the clutch slips"),
-        ("vehicle.gearbox.shift.launch_speed_radps = 50", "open_share times the idle speed"),
-        ("vehicle.engine.drag_torque_nm = [-10]", "as many as map_speed_radps"),
-        ("vehicle.engine.full_load_torque_nm = [10]", "as many as full_load_speed_radps"),
+        ("study.drop = [\"vehicle.powertrain.combustion.engine\"]", "an engine for the gearbox"),
+        ("study.drop = [\"vehicle.powertrain.combustion.gearbox\"]", "a gearbox for the engine"),
+        (
+            "study.drop = [\"vehicle.powertrain.combustion.gearbox\", \"vehicle.powertrain.combustion.engine\"]",
+            "`engine` and `gearbox`, or",
+        ),
+        ("vehicle.powertrain.combustion.gearbox.ratio = [1, 2]", "falling ratios"),
+        (
+            "vehicle.powertrain.combustion.gearbox.shift.start_gear = 13",
+            "at most the number of gears",
+        ),
+        (
+            "vehicle.powertrain.combustion.gearbox.shift.launch_gears = 1",
+            "only there the clutch slips",
+        ),
+        (
+            "vehicle.powertrain.combustion.gearbox.shift.launch_speed_radps = 50",
+            "open_share times the idle speed",
+        ),
+        (
+            "vehicle.powertrain.combustion.engine.drag_torque_nm = [-10]",
+            "as many as map_speed_radps",
+        ),
+        (
+            "vehicle.powertrain.combustion.engine.full_load_torque_nm = [10]",
+            "as many as full_load_speed_radps",
+        ),
     ] {
         assert_says(line, &[message]);
     }

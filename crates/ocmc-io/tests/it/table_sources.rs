@@ -154,18 +154,22 @@ fn maps_of_engines() {
                      1800,2000,-150\n2100,1400,-180\n";
     let full_load = written(&folder, "engine.vfld", full_load);
     let engine = |k: usize, map: String| {
-        let full_load = format!("vehicle.engine.full_load_file={:?}", full_load[k]);
+        let full_load =
+            format!("vehicle.powertrain.combustion.engine.full_load_file={:?}", full_load[k]);
         let study = study::load("field-truck", &[full_load, map]).unwrap();
-        study.model.vehicle.engine.unwrap()
+        study.model.vehicle.powertrain.combustion().unwrap().engine.clone()
     };
     same("engine.vmap", &map, |path| {
         let k = WAYS.iter().position(|way| path.parent().unwrap().ends_with(way)).unwrap();
-        engine(k, format!("vehicle.engine.map_file={path:?}"))
+        engine(k, format!("vehicle.powertrain.combustion.engine.map_file={path:?}"))
     });
     let path = folder.path().join("mine.csv");
     fs::write(&path, map.replace("torque [Nm]", "load")).unwrap();
     let columns = "columns = { torque_nm = 'load' }";
-    let mine = engine(0, format!("vehicle.engine.map_file={{ file = {path:?}, {columns} }}"));
+    let mine = engine(
+        0,
+        format!("vehicle.powertrain.combustion.engine.map_file={{ file = {path:?}, {columns} }}"),
+    );
     // from 0 Nm on
     assert_eq!(mine.map_torque_nm.len(), 6);
 }

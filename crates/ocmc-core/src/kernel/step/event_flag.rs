@@ -41,7 +41,7 @@ pub struct ShiftLanes<S: Simd> {
 
 impl<S: Simd, P: Powertrain> State<S, P> {
     /// Whether the strategy may want another gear: the exact answer is
-    /// [`crate::powertrain::gearbox::ShiftModel::wanted_gear`].
+    /// [`crate::powertrain::component::gearbox::ShiftModel::wanted_gear`].
     #[inline(always)]
     pub(super) fn wants_shift(
         &self,

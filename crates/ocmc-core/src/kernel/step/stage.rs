@@ -6,7 +6,7 @@ use super::road_row::{RoadRow, Row};
 use super::state::{KernelParameters, State};
 use crate::first_order_lag::first_order_lags;
 use crate::lanes::{Lanes, WIDTH, columns, scheduling_barrier};
-use crate::powertrain::gearbox::GearLanes;
+use crate::powertrain::component::gearbox::GearLanes;
 use crate::powertrain::{Coupling, Demand, Powertrain, TractiveEffort};
 use crate::vehicle::resistance::{GRAVITY_MPS2, LEAST_TRACTION_FRICTION, drag_forces_n};
 use fearless_simd::prelude::*;

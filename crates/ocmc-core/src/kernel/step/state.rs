@@ -8,7 +8,7 @@ use crate::driver::pedal::PedalModel;
 use crate::energy::ledger::Ledger;
 use crate::lanes::{Lanes, UNBOUNDED, WIDTH};
 use crate::powertrain::Powertrain;
-use crate::powertrain::gearbox::GearLanes;
+use crate::powertrain::component::gearbox::GearLanes;
 use crate::study::{SimulationModel, Study};
 use crate::vehicle::VehicleParameters;
 use crate::vehicle::resistance::GRAVITY_MPS2;

@@ -6,7 +6,7 @@ use super::control::{Control, DesiredSpeed};
 use super::stage::{Decision, Predicted};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Flags, Lanes, scheduling_barrier};
-use crate::powertrain::gearbox::ShiftModel;
+use crate::powertrain::component::gearbox::ShiftModel;
 use crate::powertrain::{Coupling, Powertrain};
 use fearless_simd::prelude::*;
 

@@ -9,7 +9,7 @@ use crate::kernel::step::road_row::RoadRow;
 use crate::kernel::step::state::Lane;
 use crate::lanes::UNBOUNDED;
 use crate::powertrain::Powertrain;
-use crate::powertrain::gearbox::ShiftInputs;
+use crate::powertrain::component::gearbox::ShiftInputs;
 use crate::record::Outcome;
 use crate::study::Load;
 use fearless_simd::prelude::*;

@@ -7,8 +7,8 @@
 //! three points on each of up to 64 pieces, fewer where the power changes less: exact to 1e-7 even
 //! where it falls to a twentieth.
 
-use super::battery::BatteryModel;
 use crate::charging::ChargeCourse;
+use crate::powertrain::component::battery::BatteryModel;
 use crate::powertrain::{Charge, Plug};
 
 /// Share of the battery's highest power at which charging is over, as its current has faded out:
@@ -147,7 +147,7 @@ impl BatteryModel {
 mod tests {
     use super::*;
     use crate::charging::ChargeCurve;
-    use crate::powertrain::battery_electric::battery::tests::pack;
+    use crate::powertrain::component::battery::tests::pack;
 
     /// A battery without resistance, as far as 1e-6 allows one.
     fn ideal() -> BatteryModel {

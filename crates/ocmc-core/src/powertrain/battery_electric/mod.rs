@@ -5,25 +5,20 @@
 //! overdrawn (`tests/it/electric.rs`), and the consumption on VECTO's LongHaul
 //! (`tests/it/battery.rs`).
 
-pub mod ageing;
-pub mod battery;
 mod charge;
-pub mod climate;
 mod inverse;
-pub mod motor;
 mod powertrain;
 mod temperature;
-pub mod thermal;
 
 pub use powertrain::BatteryState;
 
+use super::component::battery::BatteryModel;
+use super::component::climate::ClimateModel;
+use super::component::motor::{Motor, MotorModel};
 use crate::lanes::{Lanes, one};
-use crate::powertrain::gearbox::{Gear, ShiftModel, validate_ratios};
+use crate::powertrain::component::gearbox::{Gear, ShiftModel, validate_ratios};
 use crate::validation::Problems;
-use battery::BatteryModel;
-use climate::ClimateModel;
 use fearless_simd::prelude::*;
-use motor::{Motor, MotorModel};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

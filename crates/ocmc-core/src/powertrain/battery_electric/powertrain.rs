@@ -8,7 +8,6 @@
 //! integrated each on its own.
 
 use super::BatteryElectricPowertrain;
-use super::battery::{BatteryLimits, BatteryModel};
 use super::inverse::InverseBatteryElectric;
 use super::temperature::Temperatures;
 use crate::charging::ChargeCourse;
@@ -16,7 +15,8 @@ use crate::energy::Carrier;
 use crate::energy::ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes, WIDTH, masked};
-use crate::powertrain::gearbox::GearLanes;
+use crate::powertrain::component::battery::{BatteryLimits, BatteryModel};
+use crate::powertrain::component::gearbox::GearLanes;
 use crate::powertrain::{
     Charge, Coupling, Demand, InversePowertrain, PedalForces, Plug, Powertrain,
     PowertrainConstants, ShaftStep, SignalNames, Store, TractiveEffort, TruckInputs,

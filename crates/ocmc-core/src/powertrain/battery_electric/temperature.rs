@@ -2,12 +2,12 @@
 //! gained since they were looked at last warms them, and sets what they can give and take.
 
 use super::BatteryElectricPowertrain;
-use super::battery::BatteryModel;
 use super::powertrain::BatteryState;
-use super::thermal::ThermalModel;
 use crate::charging::ChargeCourse;
 use crate::energy::ledger::{Ledger, Term};
 use crate::lanes::Lanes;
+use crate::powertrain::component::battery::BatteryModel;
+use crate::powertrain::component::thermal::ThermalModel;
 use crate::powertrain::{Charge, Plug};
 use crate::record::Record;
 use fearless_simd::prelude::*;

@@ -1,7 +1,7 @@
 //! A diesel engine behind clutch and gearbox in the backward mode: from the force at the wheels to
 //! what the engine burns, in one step of prescribed speed.
 
-use super::powertrain::DieselPowertrain;
+use super::powertrain::CombustionPowertrain;
 use crate::energy::ledger::{Ledger, Mode, Term};
 use crate::powertrain::{
     GearChoice, GearOrder, InversePowertrain, InverseStep, Powertrain, ShiftConvention, SpeedStep,
@@ -11,8 +11,8 @@ use crate::record::Record;
 
 /// The powertrain, its gear and its engine speed.
 #[derive(Clone, Debug)]
-pub(super) struct InverseDiesel<'a> {
-    powertrain: &'a DieselPowertrain,
+pub(super) struct InverseCombustion<'a> {
+    powertrain: &'a CombustionPowertrain,
     truck: TruckInputs,
     gear: usize,
     engine_radps: f64,
@@ -65,8 +65,8 @@ struct Work {
     limited: bool,
 }
 
-impl<'a> InverseDiesel<'a> {
-    pub(super) fn new(powertrain: &'a DieselPowertrain, truck: &TruckInputs) -> Self {
+impl<'a> InverseCombustion<'a> {
+    pub(super) fn new(powertrain: &'a CombustionPowertrain, truck: &TruckInputs) -> Self {
         let gear = powertrain.gearbox.shift.start_gear as usize - 1;
         let engine_radps = powertrain.clutch.idle_radps;
         Self {
@@ -86,7 +86,8 @@ impl<'a> InverseDiesel<'a> {
     }
 
     fn fit(&self, gear: usize, step: &SpeedStep, force_n: f64) -> Fit {
-        let DieselPowertrain { engine, engine_model: model, gearbox, clutch, .. } = self.powertrain;
+        let CombustionPowertrain { engine, engine_model: model, gearbox, clutch, .. } =
+            self.powertrain;
         let here = &self.powertrain.gears[gear];
         let speed_radps = here.speed_ratio_per_m * step.mean_mps();
         let axle_per_m = self.powertrain.axle_per_m;
@@ -128,7 +129,7 @@ impl<'a> InverseDiesel<'a> {
 
     /// A moving truck whose engine is let go at a speed in rad/s.
     fn let_go(&self, step: &SpeedStep, engine_radps: f64) -> Fit {
-        let DieselPowertrain { engine, engine_model: model, clutch, .. } = self.powertrain;
+        let CombustionPowertrain { engine, engine_model: model, clutch, .. } = self.powertrain;
         let start_radps = engine_radps.max(clutch.idle_radps);
         let holds = self.returns() && self.pulled;
         let slowing_nm = engine.drag_nm(start_radps) - self.truck.auxiliary_power_w / start_radps;
@@ -169,7 +170,7 @@ impl<'a> InverseDiesel<'a> {
 
     /// What the engine does in a step that is carried so.
     fn work(&self, fit: &Fit, step: &SpeedStep) -> Work {
-        let DieselPowertrain { engine, engine_model: model, gearbox, .. } = self.powertrain;
+        let CombustionPowertrain { engine, engine_model: model, gearbox, .. } = self.powertrain;
         let gear = &self.powertrain.gears[fit.gear];
         let auxiliary_nm = self.truck.auxiliary_power_w / fit.engine_radps;
         let engaged = fit.closed || fit.slips;
@@ -184,7 +185,7 @@ impl<'a> InverseDiesel<'a> {
             gearbox.wheel_and_lost_n(gear, self.powertrain.axle_per_m, step.mean_mps(), gearbox_nm);
         let fuel_kgps = engine.fuel_kgps(fit.engine_radps, engine_nm);
         let heating = model.fuel.heating_value_jpkg;
-        let fuel_j = fuel_kgps * self.truck.fuel_factor * heating * step.dt_s;
+        let fuel_j = fuel_kgps * self.truck.map_factor * heating * step.dt_s;
         Work { engine_nm, gearbox_nm, wheel_n, lost_n, fuel_j, engaged, limited }
     }
 
@@ -221,9 +222,9 @@ impl<'a> InverseDiesel<'a> {
     }
 }
 
-impl InversePowertrain for InverseDiesel<'_> {
+impl InversePowertrain for InverseCombustion<'_> {
     fn terms(&self) -> &'static [Term] {
-        DieselPowertrain::TERMS
+        CombustionPowertrain::TERMS
     }
 
     fn stores(&self) -> &'static [Term] {
@@ -231,7 +232,8 @@ impl InversePowertrain for InverseDiesel<'_> {
     }
 
     fn gear_choice(&self) -> Option<GearChoice> {
-        let DieselPowertrain { engine_model: model, gearbox, gears, clutch, .. } = self.powertrain;
+        let CombustionPowertrain { engine_model: model, gearbox, gears, clutch, .. } =
+            self.powertrain;
         let shift = &gearbox.shift;
         Some(GearChoice {
             per_m: gears.iter().map(|gear| gear.speed_ratio_per_m).collect(),

@@ -1,13 +1,13 @@
 //! A diesel engine behind clutch and gearbox, in the step of the kernel.
 
-use super::engine::{Curves, Engine, EngineModel};
-use super::inverse::InverseDiesel;
+use super::inverse::InverseCombustion;
 use crate::energy::Carrier;
 use crate::energy::ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes, lerp, masked, one, scheduling_barrier};
-use crate::powertrain::clutch::Clutch;
-use crate::powertrain::gearbox::{DrivelineLosses, Gear, GearLanes, GearboxModel};
+use crate::powertrain::component::clutch::Clutch;
+use crate::powertrain::component::engine::{Curves, Engine, EngineModel};
+use crate::powertrain::component::gearbox::{DrivelineLosses, Gear, GearLanes, GearboxModel};
 use crate::powertrain::{
     Coupling, Demand, InversePowertrain, PedalForces, Powertrain, PowertrainConstants, ShaftStep,
     SignalNames, StepOutcome, TractiveEffort, TruckInputs,
@@ -17,7 +17,7 @@ use fearless_simd::prelude::*;
 
 /// A diesel engine and its gearbox, prepared for the hot loop.
 #[derive(Clone, Debug)]
-pub struct DieselPowertrain {
+pub struct CombustionPowertrain {
     /// Engine curves and map.
     pub engine: Engine,
     /// The engine as given.
@@ -37,7 +37,7 @@ pub struct DieselPowertrain {
 
 /// The engines of a block.
 #[derive(Clone, Debug)]
-pub struct DieselState<S: Simd> {
+pub struct CombustionState<S: Simd> {
     /// Torque of the engine when it drives the wheels, in Nm.
     pub torque: Lanes<S>,
     /// Power of the auxiliaries, in W.
@@ -55,7 +55,7 @@ pub struct DieselState<S: Simd> {
 
 /// Engine torques of one stage, in Nm.
 #[derive(Clone, Copy)]
-pub struct DieselStage<S: Simd> {
+pub struct CombustionStage<S: Simd> {
     /// What the engine's torque follows.
     command: Lanes<S>,
     full_load: Lanes<S>,
@@ -70,7 +70,7 @@ pub struct PredictedTorque<S: Simd> {
     response: Lanes<S>,
 }
 
-impl DieselPowertrain {
+impl CombustionPowertrain {
     /// Prepares checked models. `engine_brake_nms`: torque of the engine brake for each rad/s.
     pub fn new(
         engine_model: &EngineModel,
@@ -169,9 +169,9 @@ impl DieselPowertrain {
     }
 }
 
-impl Powertrain for DieselPowertrain {
-    type State<S: Simd> = DieselState<S>;
-    type Stage<S: Simd> = DieselStage<S>;
+impl Powertrain for CombustionPowertrain {
+    type State<S: Simd> = CombustionState<S>;
+    type Stage<S: Simd> = CombustionStage<S>;
     type Predicted<S: Simd> = PredictedTorque<S>;
 
     const SOURCES: &'static [Term] = &[Term::Crankshaft];
@@ -203,9 +203,9 @@ impl Powertrain for DieselPowertrain {
 
     /// The cab is heated by the engine's waste heat; what it is cooled with is among the
     /// auxiliaries.
-    fn parked<S: Simd>(&self, simd: S) -> DieselState<S> {
+    fn parked<S: Simd>(&self, simd: S) -> CombustionState<S> {
         let zero = Lanes::splat(simd, 0.0);
-        DieselState {
+        CombustionState {
             torque: zero,
             auxiliary_power: zero,
             fuel_factor: zero,
@@ -215,23 +215,23 @@ impl Powertrain for DieselPowertrain {
         }
     }
 
-    fn park<S: Simd>(&self, state: &mut DieselState<S>, lane: usize) {
+    fn park<S: Simd>(&self, state: &mut CombustionState<S>, lane: usize) {
         state.torque[lane] = 0.0;
     }
 
     fn enter<S: Simd>(
         &self,
-        state: &mut DieselState<S>,
+        state: &mut CombustionState<S>,
         lane: usize,
         truck: &TruckInputs,
         _air_temperature_k: f64,
     ) {
         state.auxiliary_power[lane] = truck.auxiliary_power_w;
-        state.fuel_factor[lane] = truck.fuel_factor;
+        state.fuel_factor[lane] = truck.map_factor;
         state.slips_from[lane] = self.slips_from(truck.auxiliary_power_w);
     }
 
-    fn start<S: Simd>(&self, state: &mut DieselState<S>, lane: usize) {
+    fn start<S: Simd>(&self, state: &mut CombustionState<S>, lane: usize) {
         state.torque[lane] = 0.0;
         let [row, bounds] = self.engine.curve_rows(self.clutch.idle_radps);
         let Curves { lines, bounds: ends, .. } = &mut state.curves;
@@ -242,7 +242,7 @@ impl Powertrain for DieselPowertrain {
 
     fn settle<S: Simd>(
         &self,
-        state: &mut DieselState<S>,
+        state: &mut CombustionState<S>,
         lane: usize,
         speed_radps: f64,
         accelerator: f64,
@@ -255,7 +255,7 @@ impl Powertrain for DieselPowertrain {
     /// The engine idles.
     fn stand<S: Simd>(
         &self,
-        state: &mut DieselState<S>,
+        state: &mut CombustionState<S>,
         lane: usize,
         time_s: f64,
         ledger: &mut Ledger<f64>,
@@ -267,7 +267,7 @@ impl Powertrain for DieselPowertrain {
     /// The engine turns as fast as the body needs, and gives it what it can.
     fn stand_working<S: Simd>(
         &self,
-        state: &mut DieselState<S>,
+        state: &mut CombustionState<S>,
         lane: usize,
         time_s: f64,
         power_w: f64,
@@ -285,7 +285,7 @@ impl Powertrain for DieselPowertrain {
     /// idle.
     fn stand_stopped<S: Simd>(
         &self,
-        state: &mut DieselState<S>,
+        state: &mut CombustionState<S>,
         lane: usize,
         time_s: f64,
         power_w: f64,
@@ -304,7 +304,7 @@ impl Powertrain for DieselPowertrain {
     #[inline(always)]
     fn couple<S: Simd>(
         &self,
-        state: &mut DieselState<S>,
+        state: &mut CombustionState<S>,
         gear: &GearLanes<S>,
         speed: Lanes<S>,
         shifting: Flags<S>,
@@ -328,7 +328,7 @@ impl Powertrain for DieselPowertrain {
     #[inline(always)]
     fn pedal_forces<S: Simd>(
         &self,
-        state: &DieselState<S>,
+        state: &CombustionState<S>,
         gear: &GearLanes<S>,
         speed: Lanes<S>,
     ) -> PedalForces<S> {
@@ -352,12 +352,12 @@ impl Powertrain for DieselPowertrain {
     #[inline(always)]
     fn tractive_effort<S: Simd>(
         &self,
-        state: &DieselState<S>,
+        state: &CombustionState<S>,
         gear: &GearLanes<S>,
         coupling: &Coupling<S>,
         demand: &Demand<S>,
         predicted: Option<&PredictedTorque<S>>,
-    ) -> TractiveEffort<S, DieselStage<S>> {
+    ) -> TractiveEffort<S, CombustionStage<S>> {
         let engine_speed = demand.shaft_speed;
         // the clutch opens at the next step: until then an engine that is braked below turns no
         // slower for its auxiliaries
@@ -394,16 +394,16 @@ impl Powertrain for DieselPowertrain {
             brake: demand.brake,
             engine_brake: demand.brake.min(engine_speed * state.engine_brake),
             wind_tangent: demand.cross * turning * inverse,
-            own: DieselStage { command, full_load, drag, auxiliary },
+            own: CombustionStage { command, full_load, drag, auxiliary },
         }
     }
 
     #[inline(always)]
     fn predict<S: Simd>(
         &self,
-        state: &DieselState<S>,
+        state: &CombustionState<S>,
         lag: FirstOrderLag<S>,
-        first: &DieselStage<S>,
+        first: &CombustionStage<S>,
     ) -> PredictedTorque<S> {
         let command = first.command;
         let response = lag.twice_mean_of_change();
@@ -416,10 +416,10 @@ impl Powertrain for DieselPowertrain {
     #[inline(always)]
     fn consume<S: Simd>(
         &self,
-        state: &mut DieselState<S>,
+        state: &mut CombustionState<S>,
         shaft: &ShaftStep<S>,
-        first: &DieselStage<S>,
-        second: &DieselStage<S>,
+        first: &CombustionStage<S>,
+        second: &CombustionStage<S>,
         ledger: &mut StepLedger<S>,
     ) -> [Lanes<S>; 2] {
         let auxiliary = lerp(shaft.weight, first.auxiliary, second.auxiliary);
@@ -441,10 +441,10 @@ impl Powertrain for DieselPowertrain {
     #[inline(always)]
     fn commit<S: Simd>(
         &self,
-        state: &mut DieselState<S>,
+        state: &mut CombustionState<S>,
         outcome: &StepOutcome<S>,
-        first: &DieselStage<S>,
-        second: &DieselStage<S>,
+        first: &CombustionStage<S>,
+        second: &CombustionStage<S>,
     ) {
         let weight = outcome.weight;
         let change = (weight + weight) * (second.command - first.command);
@@ -458,11 +458,16 @@ impl Powertrain for DieselPowertrain {
     }
 
     #[inline(always)]
-    fn depleted<S: Simd>(&self, state: &DieselState<S>) -> Flags<S> {
+    fn depleted<S: Simd>(&self, state: &CombustionState<S>) -> Flags<S> {
         Flags::splat(state.torque.simd, false)
     }
 
-    fn state_signal<S: Simd>(&self, _state: &DieselState<S>, _lane: usize, closed: bool) -> f64 {
+    fn state_signal<S: Simd>(
+        &self,
+        _state: &CombustionState<S>,
+        _lane: usize,
+        closed: bool,
+    ) -> f64 {
         f64::from(u8::from(closed))
     }
 
@@ -473,7 +478,7 @@ impl Powertrain for DieselPowertrain {
 
     fn record<S: Simd>(
         &self,
-        _state: &DieselState<S>,
+        _state: &CombustionState<S>,
         _lane: usize,
         ledger: &Ledger<f64>,
         record: &mut Record,
@@ -484,6 +489,6 @@ impl Powertrain for DieselPowertrain {
     }
 
     fn inverse<'a>(&'a self, truck: &TruckInputs) -> Box<dyn InversePowertrain + 'a> {
-        Box::new(InverseDiesel::new(self, truck))
+        Box::new(InverseCombustion::new(self, truck))
     }
 }

@@ -9,10 +9,10 @@
 //! One resistance for both directions, and for all temperatures where the battery has none
 //! ([`super::thermal`]). No diffusion: the slow part of a cell's voltage is not there.
 
+use super::ageing::AgeingModel;
+use super::thermal::ThermalModel;
 use crate::distribution::Quantity;
 use crate::lanes::{Flags, Lanes, clip, one};
-use crate::powertrain::battery_electric::ageing::AgeingModel;
-use crate::powertrain::battery_electric::thermal::ThermalModel;
 use crate::validation::Problems;
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;

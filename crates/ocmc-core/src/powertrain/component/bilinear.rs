@@ -1,6 +1,6 @@
 //! A map over speed and torque in cells, multiplied out for the hot loop.
 
-use crate::powertrain::diesel::engine::MOST_KNOTS;
+use super::engine::MOST_KNOTS;
 
 /// {a, b, c, d} of a + b w + T (c + d w) in each cell between two speeds w and two torques T, in
 /// rows of `MOST_KNOTS`.

@@ -18,11 +18,11 @@ use crate::validation::{Problems, rises};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::bilinear::{Cells, cells};
+use super::piece_table::PieceTable;
 use crate::distribution::Quantity;
 use crate::energy::Carrier;
 use crate::lanes::{Lanes, WIDTH, columns, one};
-use crate::powertrain::bilinear::{Cells, cells};
-use crate::powertrain::piece_table::PieceTable;
 use fearless_simd::prelude::*;
 
 /// A diesel engine.

@@ -6,7 +6,7 @@
 //! row fuel is linear in torque between its points; a row ends at its highest torque and then goes
 //! on with its last slope, as everywhere in the engine.
 
-use crate::powertrain::diesel::engine::MOST_KNOTS;
+use super::engine::MOST_KNOTS;
 
 /// One point of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,9 +5,9 @@
 //! and braking; bilinear in the map's cells, held beyond its edges. Terminals see P = w T + loss:
 //! what the motor gives back while braking is w |T| less the loss, and may be less than nothing.
 
+use super::bilinear::{Cells, cells};
+use super::engine::MOST_KNOTS;
 use crate::lanes::{Flags, Lanes, clip, columns, masked, one};
-use crate::powertrain::bilinear::{Cells, cells};
-use crate::powertrain::diesel::engine::MOST_KNOTS;
 use crate::validation::{Problems, rises};
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;

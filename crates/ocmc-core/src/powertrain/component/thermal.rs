@@ -199,8 +199,8 @@ impl Place {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use super::super::battery::tests::pack;
     use super::*;
-    use crate::powertrain::battery_electric::battery::tests::pack;
 
     pub(crate) fn thermal() -> ThermalModel {
         ThermalModel {

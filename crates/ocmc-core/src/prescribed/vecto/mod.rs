@@ -28,7 +28,7 @@ pub use mission::{Mission, MissionRow};
 pub use polygon::{ShiftLine, ShiftPolygon};
 
 use crate::powertrain::GearOrder;
-use crate::powertrain::diesel::DieselPowertrain;
+use crate::powertrain::combustion::CombustionPowertrain;
 use crate::prescribed::{Body, DriveCycle, DriveCycleError};
 use thiserror::Error;
 
@@ -219,7 +219,7 @@ impl Plan {
 pub fn plan(
     mission: &Mission,
     body: &Body,
-    powertrain: &DieselPowertrain,
+    powertrain: &CombustionPowertrain,
     auxiliary_w: f64,
     driver: &VectoDriver,
 ) -> Plan {

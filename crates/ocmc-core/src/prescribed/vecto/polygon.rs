@@ -1,7 +1,7 @@
 //! Shift polygons: the engine speeds of downshift and upshift by torque.
 
 use super::truck::RPM;
-use crate::powertrain::diesel::DieselPowertrain;
+use crate::powertrain::combustion::CombustionPowertrain;
 
 /// Share of the greatest power that marks the lowest useful speed.
 const LOW_POWER_SHARE: f64 = 0.55;
@@ -34,7 +34,7 @@ pub(super) struct ShiftPolygons(Vec<ShiftPolygon>);
 
 impl ShiftPolygons {
     /// Those that are given; the generic one where there is none.
-    pub(super) fn new(given: &[ShiftPolygon], powertrain: &DieselPowertrain) -> Self {
+    pub(super) fn new(given: &[ShiftPolygon], powertrain: &CombustionPowertrain) -> Self {
         let generic = given.is_empty().then(|| ShiftPolygon::generic(powertrain));
         Self(given.iter().cloned().chain(generic).collect())
     }
@@ -65,7 +65,7 @@ impl ShiftLine {
 
 impl ShiftPolygon {
     /// What VECTO takes in declaration mode, where no polygon is given: from the full load alone.
-    pub fn generic(powertrain: &DieselPowertrain) -> Self {
+    pub fn generic(powertrain: &CombustionPowertrain) -> Self {
         let model = &powertrain.engine_model;
         let idle = model.idle_speed_radps;
         let last = model.full_load_speed_radps.last().copied().unwrap_or(idle).max(idle);

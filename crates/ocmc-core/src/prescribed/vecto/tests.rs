@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::energy::ledger::Term;
-use crate::powertrain::diesel::engine::tests::engine_b;
-use crate::powertrain::gearbox::GearboxModel;
+use crate::powertrain::component::engine::tests::engine_b;
+use crate::powertrain::component::gearbox::GearboxModel;
 use crate::powertrain::{Powertrain, ShiftConvention, TruckInputs};
 use crate::prescribed::follow;
 use crate::vehicle::resistance::DragBySpeed;
@@ -11,7 +11,7 @@ use crate::vehicle::resistance::DragBySpeed;
 const RADIUS_M: f64 = 0.492;
 const KMPH: f64 = 1.0 / 3.6;
 
-fn powertrain() -> DieselPowertrain {
+fn powertrain() -> CombustionPowertrain {
     let gearbox: GearboxModel = serde_json::from_value(serde_json::json!({
         "ratio": [14.93, 11.64, 9.02, 7.04, 5.64, 4.4, 3.39, 2.65, 2.05, 1.6, 1.28, 1.0],
         "loss_torque_nm": 5.06, "loss_torque_nms": 0.0483, "direct_loss_share": 0.005,
@@ -27,7 +27,7 @@ fn powertrain() -> DieselPowertrain {
             "open_share": 0.9 }
     }))
     .unwrap();
-    DieselPowertrain::new(&engine_b(), &gearbox, RADIUS_M, 0.0)
+    CombustionPowertrain::new(&engine_b(), &gearbox, RADIUS_M, 0.0)
 }
 
 fn body(mass_kg: f64) -> Body {
@@ -315,7 +315,7 @@ fn the_backward_mode_follows_a_plan_with_its_gears() {
     });
     let (powertrain, body) = (powertrain(), body(35_000.0));
     let plan = plan(&hill, &body, &powertrain, 4000.0, &driver());
-    let truck = TruckInputs { auxiliary_power_w: 4000.0, fuel_factor: 1.0, initial_charge: None };
+    let truck = TruckInputs { auxiliary_power_w: 4000.0, map_factor: 1.0, initial_charge: None };
     let mut inverse = powertrain.inverse(&truck);
     inverse.set_convention(ShiftConvention::Returned);
     let followed = follow(&plan.drive_cycle().unwrap(), &body, &mut *inverse);

@@ -1,7 +1,7 @@
 //! The truck as the planner asks it: what a second of driving takes of the engine.
 
-use crate::powertrain::diesel::DieselPowertrain;
-use crate::powertrain::gearbox::GearboxModel;
+use crate::powertrain::combustion::CombustionPowertrain;
+use crate::powertrain::component::gearbox::GearboxModel;
 use crate::prescribed::Body;
 
 /// Revolutions per minute in rad/s.
@@ -21,7 +21,7 @@ const FIXED_POINT_STEPS: usize = 12;
 #[derive(Clone, Debug)]
 pub(super) struct Truck<'a> {
     body: &'a Body,
-    pub(super) powertrain: &'a DieselPowertrain,
+    pub(super) powertrain: &'a CombustionPowertrain,
     axle_per_m: f64,
     /// Mass with that of the wheels at the rim, in kg.
     inertia_kg: f64,
@@ -47,7 +47,7 @@ pub(super) struct Motion {
 }
 
 impl<'a> Truck<'a> {
-    pub(super) fn new(body: &'a Body, powertrain: &'a DieselPowertrain) -> Self {
+    pub(super) fn new(body: &'a Body, powertrain: &'a CombustionPowertrain) -> Self {
         let gear = &powertrain.gears[0];
         let axle_per_m = gear.speed_ratio_per_m / gear.ratio;
         let idle_radps = powertrain.engine_model.idle_speed_radps;
@@ -67,7 +67,7 @@ impl<'a> Truck<'a> {
     /// Mean efficiencies over the upper two thirds of torque, by gear: of the gear, times that of
     /// the axle over all gears.
     fn mean_efficiencies(&self) -> Vec<f64> {
-        let DieselPowertrain { engine, gears, gearbox, .. } = self.powertrain;
+        let CombustionPowertrain { engine, gears, gearbox, .. } = self.powertrain;
         // the same box with an ideal axle: what the gears alone lose
         let box_alone = GearboxModel {
             axle_loss_torque_nm: 0.0,
@@ -123,7 +123,7 @@ impl<'a> Truck<'a> {
 
     /// Power that the gearbox takes at its input in a gear, in W; a slipping clutch passes it.
     pub(super) fn gearbox_w(&self, gear: usize, motion: &Motion) -> f64 {
-        let DieselPowertrain { gears, gearbox, .. } = self.powertrain;
+        let CombustionPowertrain { gears, gearbox, .. } = self.powertrain;
         let (gear, speed_mps) = (&gears[gear], motion.speed_mps);
         let force_n = self.wheel_n(motion);
         let torque_nm = gearbox.input_torque_nm(gear, self.axle_per_m, speed_mps, force_n);
@@ -257,7 +257,7 @@ impl<'a> Truck<'a> {
 
     /// Force at the wheels (negative) of an engine that drags in a gear at a speed, in N.
     fn dragged_n(&self, gear: usize, speed_mps: f64, auxiliary_w: f64) -> f64 {
-        let DieselPowertrain { engine, gears, gearbox, .. } = self.powertrain;
+        let CombustionPowertrain { engine, gears, gearbox, .. } = self.powertrain;
         let speed_radps = self.speed_radps(gear, speed_mps).max(self.idle_radps);
         let torque_nm = engine.drag_nm(speed_radps) - auxiliary_w / speed_radps;
         gearbox.wheel_and_lost_n(&gears[gear], self.axle_per_m, speed_mps, torque_nm)[0]
@@ -292,7 +292,7 @@ pub(super) struct Slowing {
 }
 
 /// The engine speed of the greatest power on a grid of whole revolutions per minute, in rad/s.
-fn rated_radps(powertrain: &DieselPowertrain) -> f64 {
+fn rated_radps(powertrain: &CombustionPowertrain) -> f64 {
     let model = &powertrain.engine_model;
     let last_radps = model.full_load_speed_radps.last().copied().unwrap_or(model.idle_speed_radps);
     let (first, last) = (libm::round(model.idle_speed_radps / RPM), libm::round(last_radps / RPM));

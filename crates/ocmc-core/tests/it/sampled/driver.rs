@@ -135,7 +135,7 @@ fn trucks_differ_as_the_vehicle_file_says() {
         assert_follows("drag area", column(|v| v.drag_area_m2), log_normal(5.3, 0.04));
         assert_follows("auxiliaries", column(|v| v.auxiliary_power_w), log_normal(4443.0, 0.1));
         let fuel = Normal::new(1.0, 0.01).unwrap();
-        assert_follows("fuel factor", column(|v| v.fuel_factor), |x| fuel.cdf(x));
+        assert_follows("fuel factor", column(|v| v.map_factor), |x| fuel.cdf(x));
         let streams = cycles(seed).next().unwrap();
         let centre =
             model.sample(10_000.0, &streams, &[ocmc_core::switch::ModelSwitch::VehicleSpread]);

@@ -39,7 +39,7 @@ fn groups(study: &Study, scenario: &Scenario) -> Groups {
         traffic: format!("{:.9}", traffic_deviation(study, scenario)),
         mission: bits(&cycle.mission),
         driver: bits(driver),
-        vehicle: bits(&(vehicle.drag_area_m2, vehicle.auxiliary_power_w, vehicle.fuel_factor)),
+        vehicle: bits(&(vehicle.drag_area_m2, vehicle.auxiliary_power_w, vehicle.map_factor)),
     }
 }
 
