@@ -1,5 +1,6 @@
 //! Combustion: an engine and its fuel behind clutch and gearbox.
 
+mod capability;
 mod inverse;
 mod powertrain;
 

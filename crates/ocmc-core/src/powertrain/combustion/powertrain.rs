@@ -4,7 +4,7 @@ use super::inverse::InverseCombustion;
 use crate::energy::Carrier;
 use crate::energy::ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
-use crate::lanes::{Flags, Lanes, lerp, masked, one, scheduling_barrier};
+use crate::lanes::{Flags, Lanes, lerp, masked, scheduling_barrier};
 use crate::powertrain::component::clutch::Clutch;
 use crate::powertrain::component::engine::{Curves, Engine, EngineModel};
 use crate::powertrain::component::gearbox::{DrivelineLosses, Gear, GearLanes, GearboxModel};
@@ -32,7 +32,7 @@ pub struct CombustionPowertrain {
     pub(super) axle_per_m: f64,
     /// Engine-brake torque for each rad/s, in Nm s.
     pub(super) engine_brake_nms: f64,
-    losses: DrivelineLosses,
+    pub(super) losses: DrivelineLosses,
 }
 
 /// The engines of a block.
@@ -91,21 +91,6 @@ impl CombustionPowertrain {
         }
     }
 
-    /// Accelerator from which on the engine drives at the speed of a slipping clutch. With less
-    /// there is nothing to slip for.
-    pub fn slips_from(&self, auxiliary_power_w: f64) -> f64 {
-        let speed_radps = self.clutch.launch_radps;
-        let drag_nm = self.engine.drag_nm(speed_radps);
-        let reach_nm = self.engine.full_load_nm(speed_radps) - drag_nm;
-        (auxiliary_power_w / speed_radps - drag_nm) / reach_nm
-    }
-
-    /// The most that the body can have beside auxiliaries of some power, in W.
-    pub fn power_take_off_w(&self, auxiliary_power_w: f64) -> f64 {
-        let speed_radps = self.engine_model.working_radps();
-        (self.engine.full_load_nm(speed_radps) * speed_radps - auxiliary_power_w).max(0.0)
-    }
-
     /// The engine turns in a truck that stands, at a speed in rad/s and a power in W.
     fn run_at_rest(
         &self,
@@ -123,32 +108,6 @@ impl CombustionPowertrain {
         }
     }
 
-    /// Drag of the retarder at the wheels at a speed in m/s, in N.
-    pub fn retarder_n(&self, speed_mps: f64) -> f64 {
-        self.gearbox.retarder_n(self.axle_per_m, speed_mps)
-    }
-
-    /// Speed of the engine at its highest power, in rad/s.
-    pub fn rated_speed_radps(&self) -> f64 {
-        let power = |w: f64| self.engine.full_load_nm(w) * w;
-        let knots = self.engine_model.full_load_speed_radps.windows(2);
-        // the power of a line of torque has one peak
-        let places = knots.flat_map(|pair| {
-            (0..=100).map(move |k| pair[0] + (pair[1] - pair[0]) * f64::from(k) / 100.0)
-        });
-        places.max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or(self.clutch.idle_radps)
-    }
-
-    /// Force at the wheels of a truck that coasts in top gear at a speed in m/s, in N: that of the
-    /// engine's drag.
-    pub fn coasting_force_n(&self, speed_mps: f64) -> f64 {
-        let Some(gear) = self.gears.last() else { return 0.0 };
-        let drag_nm = self.engine.drag_nm(gear.speed_ratio_per_m * speed_mps);
-        let (per_m, share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
-        let (speed, drag) = (one(speed_mps), one(drag_nm));
-        self.losses.wheel_and_lost_forces_n(per_m, share, speed, drag)[0][0]
-    }
-
     /// Fills in the columns of the fuel, by its mass and its energy.
     pub(super) fn record_fuel(
         &self,
@@ -161,8 +120,8 @@ impl CombustionPowertrain {
         let fuel = &self.engine_model.fuel;
         let litres = fuel_kg / fuel.density_kgpm3 * 1000.0;
         let co2 = record.per_distance(fuel_kg * fuel.co2_kg_per_kg, mode);
-        let is_liquid = fuel.carrier == Carrier::LiquidFuel;
-        record.take(fuel.carrier, fuel_kg, if is_liquid { litres } else { fuel_kg }, mode);
+        let by_litre = fuel.carrier.declaration().sold.is_some();
+        record.take(fuel.carrier, fuel_kg, if by_litre { litres } else { fuel_kg }, mode);
         record.co2_g_per_km = co2.map(|per_m| per_m * 1e6);
         record.fuel_energy_j = Some(fuel_energy_j);
         record.engine_loss_j = Some(fuel_energy_j - ledger[Term::Crankshaft]);
