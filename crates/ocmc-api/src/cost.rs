@@ -204,12 +204,10 @@ fn costed(
         cost.ok_or_else(|| Error::NothingToCost { study: name.clone(), cycles: plan.cycles })?;
     let has = |item: &str| cost.items.iter().any(|known| known.item == item);
     let charged = records.iter().any(charged_on_the_way);
-    let used = loaded.model.vehicle.powertrain.carriers().iter().map(|carrier| {
-        match carrier.declaration().filled {
-            Some(keys) => ("fuel", keys.price),
-            None => ("depot_charging", "depot_charging_per_kwh"),
-        }
-    });
+    let powertrain = &loaded.model.vehicle.powertrain;
+    let filled = powertrain.carriers().iter().filter_map(|carrier| carrier.declaration().filled);
+    let depot = powertrain.plugs_in().then_some(("depot_charging", "depot_charging_per_kwh"));
+    let used = filled.map(|keys| ("fuel", keys.price)).chain(depot);
     let on_the_way = charged.then_some(("public_charging", "public_charging_per_kwh"));
     let unpriced = used.chain(on_the_way).filter(|(item, _)| !has(item));
     let unpriced = unpriced

@@ -4,9 +4,7 @@ use crate::answer::Answer;
 use crate::error::Error;
 use crate::text::{fact, table, took};
 use crate::watch::{Watch, watched};
-use ocmc_core::energy::Carrier;
 use ocmc_core::record::Record;
-use ocmc_core::study::StudyModel;
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::range::{
     ArrivingRange, CurvePoint, RangeOf, RangeSummary, RangeTrip, drive, summarise,
@@ -69,7 +67,8 @@ const SHORT_M: f64 = 5000.0;
 /// [`Error::NoBattery`] and [`Error::Interrupted`].
 pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, Error> {
     let RangeRequest { study: (name, study), plan } = request;
-    let Some(usable_j) = usable_j(&study.model) else {
+    let reserve = study.model.charging.as_ref().map_or(0.0, |charging| charging.reserve);
+    let Some(usable_j) = study.model.vehicle.powertrain.usable_j(reserve) else {
         return Err(Error::NoBattery { name: name.clone() });
     };
     let clock = Instant::now();
@@ -92,8 +91,7 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     if study.model.mission.routes.is_empty() {
         let pilot = RunPlan::new(plan.seed, 0, PILOT, Some(plan.threads), None);
         let records = watched(PILOT, watch, |look| drive(&study.study, &pilot, look))?;
-        let used =
-            |r: &Record| r.consumption(Carrier::Electricity).filter(|_| r.distance_m > SHORT_M);
+        let used = |r: &Record| r.drawn_kwh_per_km().filter(|_| r.distance_m > SHORT_M);
         let least = records.iter().filter_map(used).fold(f64::INFINITY, f64::min).max(0.01);
         let simulation = &study.model.simulation;
         let speed_mps = study.model.driver.speed_limit.maximum_speed_mps;
@@ -127,13 +125,6 @@ pub fn range_of_run(directory: &Path) -> Result<RangeAnswer, Error> {
     let range = summarise(&trips, manifest.dependence()).ok_or_else(none)?;
     let source = directory.display().to_string();
     Ok(RangeAnswer { source, trip_length_m: None, range, driven: None })
-}
-
-/// The most that a battery gives, in J; none without one.
-fn usable_j(model: &StudyModel) -> Option<f64> {
-    let battery = &model.vehicle.powertrain.battery_electric()?.battery;
-    let reserve = model.charging.as_ref().map_or(0.0, |charging| charging.reserve);
-    Some(battery.capacity_j * (1.0 - battery.minimum_charge.max(reserve)))
 }
 
 /// Widths of the table of ranges.

@@ -5,42 +5,12 @@ use super::item::Item;
 use super::{CostModel, TollModel, Yearly};
 use crate::distribution::Quantity;
 use crate::energy::carrier::{Carrier, Declaration};
+use crate::powertrain::Sizes;
 use crate::record::Record;
 use crate::vehicle::VehicleModel;
 
 /// J in a kWh.
 const J_PER_KWH: f64 = 3.6e6;
-
-/// What a truck has that is priced by its size.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sizes {
-    /// Largest power at the points of the engine's full load, in kW; none without an engine.
-    pub engine_kw: Option<f64>,
-    /// Power of the motor, in kW; none without one.
-    pub motor_kw: Option<f64>,
-    /// Capacity of the battery, in kWh; none without one.
-    pub battery_kwh: Option<f64>,
-    /// What it stores.
-    pub carriers: &'static [Carrier],
-}
-
-impl Sizes {
-    /// Those of a fleet's trucks.
-    pub fn of(vehicle: &VehicleModel) -> Self {
-        let engine = vehicle.powertrain.combustion().map(|combustion| &combustion.engine);
-        let engine_kw = engine.map(|engine| {
-            let points = engine.full_load_speed_radps.iter().zip(&engine.full_load_torque_nm);
-            points.fold(0.0, |most, (speed, torque)| libm::fmax(most, speed * torque)) / 1000.0
-        });
-        let electric = vehicle.powertrain.battery_electric();
-        Self {
-            engine_kw,
-            motor_kw: electric.map(|electric| electric.motor.power_w / 1000.0),
-            battery_kwh: electric.map(|electric| electric.battery.capacity_j / J_PER_KWH),
-            carriers: vehicle.powertrain.carriers(),
-        }
-    }
-}
 
 /// What a trip uses of a charge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +141,7 @@ const FIRST_TOLL: u64 = 1 << 10;
 impl Costing {
     /// What of a study's prices applies to its trucks.
     pub fn of(cost: &CostModel, vehicle: &VehicleModel) -> Self {
-        Self::new(cost, Sizes::of(vehicle), vehicle.curb_mass_kg)
+        Self::new(cost, vehicle.powertrain.sizes(), vehicle.curb_mass_kg)
     }
 
     /// Prepares prices for trucks of these sizes and this empty mass.
@@ -238,8 +208,20 @@ impl Costing {
             self.charges.extend(input.map(|input| Charge { input, item, measure }));
         }
         for (applies, key, price, item, measure) in [
-            (electric, "depot_charging_per_kwh", depot, Item::DepotCharging, Measure::DepotKwh),
-            (electric, "public_charging_per_kwh", public, Item::PublicCharging, Measure::PublicKwh),
+            (
+                sizes.plugs_in,
+                "depot_charging_per_kwh",
+                depot,
+                Item::DepotCharging,
+                Measure::DepotKwh,
+            ),
+            (
+                sizes.plugs_in,
+                "public_charging_per_kwh",
+                public,
+                Item::PublicCharging,
+                Measure::PublicKwh,
+            ),
             (true, "driver_per_h", driver, Item::Driver, Measure::Hours),
             (
                 engine,
@@ -270,11 +252,11 @@ impl Costing {
 
     fn add_parts(&mut self, cost: &CostModel, sizes: Sizes) {
         let one = |there: bool| there.then_some(1.0);
-        let (engine, electric) = (sizes.engine_kw.is_some(), sizes.battery_kwh.is_some());
+        let fills = sizes.carriers.iter().any(|carrier| carrier.declaration().filled.is_some());
         for (key, price, item, amount) in [
             ("purchase_per_truck", &cost.purchase_per_truck, Item::Purchase, Some(1.0)),
-            ("tank_per_truck", &cost.tank_per_truck, Item::Tank, one(engine)),
-            ("charger_per_truck", &cost.charger_per_truck, Item::Charger, one(electric)),
+            ("tank_per_truck", &cost.tank_per_truck, Item::Tank, one(fills)),
+            ("charger_per_truck", &cost.charger_per_truck, Item::Charger, one(sizes.plugs_in)),
             ("engine_per_kw", &cost.engine_per_kw, Item::Engine, sizes.engine_kw),
             ("motor_per_kw", &cost.motor_per_kw, Item::Motor, sizes.motor_kw),
             ("battery_per_kwh", &cost.battery_per_kwh, Item::Battery, sizes.battery_kwh),

@@ -110,6 +110,8 @@ pub enum Recorded {
         name: &'static str,
         /// What it is, with its unit.
         meaning: &'static str,
+        /// Word for a loss, in a list of them.
+        label: &'static str,
     },
 }
 
@@ -179,6 +181,7 @@ pub const TERMS: &[Declaration] = &[
             name: "coasting_distance_m",
             meaning: "Distance driven with neither pedal pressed, in m; null where a speed is \
                       followed exactly.",
+            label: "coasting",
         },
         place: Place::Outside,
         extent: Extent::Only(Mode::Driven),

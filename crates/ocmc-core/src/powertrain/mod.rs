@@ -23,7 +23,7 @@ use combustion::CombustionPowertrain;
 use component::gearbox::GearLanes;
 use fearless_simd::prelude::*;
 
-pub use model::{PowertrainModel, TRUCK_LAWS};
+pub use model::{PowertrainModel, Sizes, TRUCK_LAWS};
 
 pub use inverse::{
     GearChoice, GearOrder, InversePowertrain, InverseStep, ShiftConvention, SpeedStep, StepCost,
@@ -64,9 +64,17 @@ impl PowertrainKind {
         }
     }
 
-    /// Whether it has a battery.
-    pub fn has_battery(&self) -> bool {
-        self.carriers().contains(&Carrier::Electricity)
+    /// Whether chargers charge it.
+    pub fn plugs_in(&self) -> bool {
+        struct Stores;
+        impl PowertrainTask for Stores {
+            type Answer = bool;
+
+            fn run<P: Powertrain>(self, powertrain: &P) -> bool {
+                powertrain.store().is_some()
+            }
+        }
+        self.dispatch(Stores)
     }
 
     /// How far ahead of a planned charging stop that is prepared, in m.

@@ -11,6 +11,32 @@ use crate::validation::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// What a truck has that is priced by its size.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sizes {
+    /// Largest power at the points of the engine's full load, in kW; none without an engine.
+    pub engine_kw: Option<f64>,
+    /// Power of the motor, in kW; none without one.
+    pub motor_kw: Option<f64>,
+    /// Capacity of the battery, in kWh; none without one.
+    pub battery_kwh: Option<f64>,
+    /// What it stores.
+    pub carriers: &'static [Carrier],
+    /// Whether chargers charge it.
+    pub plugs_in: bool,
+}
+
+impl Sizes {
+    /// With those of motor and battery.
+    fn with_electric(self, model: &ElectricModel) -> Self {
+        Self {
+            motor_kw: Some(model.motor.power_w / 1000.0),
+            battery_kwh: Some(model.battery.capacity_j / 3.6e6),
+            ..self
+        }
+    }
+}
+
 /// The powertrain: one of these tables.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -55,6 +81,30 @@ impl PowertrainModel {
         match self {
             Self::Combustion(model) => model.engine.fuel.carrier.alone(),
             Self::BatteryElectric(_) => Carrier::Electricity.alone(),
+        }
+    }
+
+    /// Whether chargers charge it.
+    pub fn plugs_in(&self) -> bool {
+        matches!(self, Self::BatteryElectric(_))
+    }
+
+    /// The most that its stores give, in J, down to a reserve of the charge; none of stores that are not
+    /// told.
+    pub fn usable_j(&self, reserve: f64) -> Option<f64> {
+        let battery = &self.battery_electric()?.battery;
+        Some(battery.capacity_j * (1.0 - battery.minimum_charge.max(reserve)))
+    }
+
+    /// Sizes by which its parts are priced.
+    pub fn sizes(&self) -> Sizes {
+        let sizes =
+            Sizes { carriers: self.carriers(), plugs_in: self.plugs_in(), ..Sizes::default() };
+        match self {
+            Self::Combustion(model) => {
+                Sizes { engine_kw: Some(model.engine.peak_power_w() / 1000.0), ..sizes }
+            }
+            Self::BatteryElectric(model) => sizes.with_electric(model),
         }
     }
 

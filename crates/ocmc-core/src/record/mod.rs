@@ -331,6 +331,12 @@ impl Record {
         self.own_columns[OF_CARRIERS - 1]
     }
 
+    /// Energy from the stores over distance, in kWh/km: from all where the truck stores several carriers,
+    /// else from the battery.
+    pub fn drawn_kwh_per_km(&self) -> Option<f64> {
+        self.all_kwh_per_km().or(self.consumption(Carrier::Electricity))
+    }
+
     /// Energy that the truck's stores gave, in J, that of fuels by their heating value; none where
     /// nothing is known of them.
     pub fn stored_energy_j(&self) -> Option<f64> {

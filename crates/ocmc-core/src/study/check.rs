@@ -6,7 +6,6 @@ use super::fleet::FleetModel;
 use super::keys::{Bounds, Key, declarations};
 use crate::charging::ChargingPolicy;
 use crate::distribution::Quantity;
-use crate::energy::Carrier;
 use crate::validation::{Problem, Problems};
 use crate::vehicle::VehicleModel;
 use serde::Deserialize;
@@ -51,7 +50,7 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     FleetModel::validate_levels(tree, &mut problems);
     problems.part("uncertainty", |problems| model.validate_uncertainty(tree, problems));
     let chains = fleet.calendar.as_ref().is_some_and(|calendar| calendar.chain);
-    if chains && vehicle.powertrain.carriers().contains(&Carrier::Electricity) {
+    if chains && vehicle.powertrain.plugs_in() {
         let depot = model.charging.as_ref().is_some_and(|charging| charging.depot.is_some());
         let allowed = "true with a table `charging.depot`, that charges the trucks between trips";
         problems.part("fleet", |problems| {

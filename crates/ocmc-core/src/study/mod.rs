@@ -455,7 +455,7 @@ impl Study {
     /// Draws the public chargers that a battery truck meets.
     fn chargers(&self, cycle: &OperatingCycle, streams: &Streams) -> Vec<Charger> {
         let public = self.model.charging.as_ref().and_then(|charging| charging.public.as_ref());
-        let Some(public) = public.filter(|_| self.vehicle.powertrain.has_battery()) else {
+        let Some(public) = public.filter(|_| self.vehicle.powertrain.plugs_in()) else {
             return Vec::new();
         };
         let events_m: Vec<f64> = cycle.road.events.iter().map(|event| event.position_m).collect();

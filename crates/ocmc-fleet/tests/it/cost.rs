@@ -3,11 +3,12 @@
 use crate::common::field_truck_model;
 use crate::common::statistics::assert_share;
 use ocmc_core::cost::CostModel;
-use ocmc_core::cost::costing::{Costing, Sizes, Trip};
+use ocmc_core::cost::costing::{Costing, Trip};
 use ocmc_core::cost::emissions::{EmissionFactors, EmissionModel};
 use ocmc_core::cost::levelised::{Levelised, Life};
 use ocmc_core::cost::state::State;
 use ocmc_core::energy::Carrier;
+use ocmc_core::powertrain::Sizes;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
@@ -26,12 +27,14 @@ const DIESEL: Sizes = Sizes {
     motor_kw: None,
     battery_kwh: None,
     carriers: &[Carrier::LiquidFuel],
+    plugs_in: false,
 };
 const ELECTRIC: Sizes = Sizes {
     engine_kw: None,
     motor_kw: Some(300.0),
     battery_kwh: Some(500.0),
     carriers: &[Carrier::Electricity],
+    plugs_in: true,
 };
 
 /// The costs of a fleet of records, with seed 1.

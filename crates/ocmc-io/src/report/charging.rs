@@ -4,7 +4,6 @@
 use super::charging_pictures::{
     Step, load_curve, range_curve, state_of_charge, waterfall as waterfall_picture,
 };
-use super::energy::LOSSES;
 use super::gathered::Sums;
 use super::{Gathered, Reported};
 use crate::label::{charger_name, clock};
@@ -214,8 +213,8 @@ pub(super) fn waterfall(gathered: &Gathered) -> String {
     }
     let mut steps: Vec<Step> = Vec::new();
     let mut other = 0.0;
-    for (k, (name, _)) in LOSSES.iter().enumerate() {
-        let of = |sums: &Sums| sums.losses_j[k].unwrap_or(0.0) / 3.6e6 / km(sums);
+    for (k, (name, _)) in summer.losses_j.iter().enumerate() {
+        let of = |sums: &Sums| sums.losses_j[k].1.unwrap_or(0.0) / 3.6e6 / km(sums);
         let change = of(winter) - of(summer);
         if change.abs() < SMALL * from {
             other += change;

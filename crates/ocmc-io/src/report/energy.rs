@@ -3,14 +3,15 @@
 use super::gathered::Sums;
 use super::svg;
 use ocmc_core::energy::carrier::CARRIERS;
-use ocmc_core::record::Record;
+use ocmc_core::energy::ledger::{Place, Recorded, TERMS};
+use ocmc_core::record::{Record, column};
 use std::fmt::Write;
 
-/// A kind of loss, and its part of a record.
-pub(super) type Loss = (&'static str, fn(&Record) -> Option<f64>);
+/// A kind of loss that is a field of the record, and its part of one.
+type Loss = (&'static str, fn(&Record) -> Option<f64>);
 
-/// What the energy of the stores goes into; together they are all of it.
-pub(super) const LOSSES: [Loss; 14] = [
+/// What the energy of the stores goes into, beside what has a column of its own.
+const LOSSES: [Loss; 14] = [
     ("engine", |r| r.engine_loss_j),
     ("battery", |r| r.battery_loss_j),
     ("motor and inverter", |r| r.motor_loss_j),
@@ -28,6 +29,19 @@ pub(super) const LOSSES: [Loss; 14] = [
     ("missing at the wheels", |r| r.missing_energy_j.filter(|j| *j > 0.0).map(|j| -j)),
 ];
 
+/// What the energy of the stores goes into, kind by kind; together they are all of it.
+pub(super) fn losses(record: &Record) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+    let fields = LOSSES.iter().map(|(name, of)| (*name, of(record)));
+    let own = TERMS.iter().filter(|declared| declared.place == Place::Loss);
+    let own = own.filter_map(|declared| match declared.recorded {
+        Recorded::Column { name, label, .. } => {
+            Some((label, column(name).and_then(|column| column.get(record).number())))
+        }
+        _ => None,
+    });
+    fields.chain(own)
+}
+
 /// Joules of a kilowatt-hour.
 const KWH_J: f64 = 3.6e6;
 
@@ -35,8 +49,7 @@ const KWH_J: f64 = 3.6e6;
 /// where no energy was used.
 pub(super) fn largest_losses(sums: &Sums) -> (&'static str, Vec<(&'static str, f64)>) {
     let (used, store) = used(sums);
-    let parts = LOSSES.iter().zip(sums.losses_j);
-    let parts = parts.filter_map(|((name, _), energy)| Some((*name, energy? / used)));
+    let parts = sums.losses_j.iter().filter_map(|(name, energy)| Some((*name, (*energy)? / used)));
     let mut parts: Vec<_> = parts.filter(|(_, share)| share.is_finite() && *share > 0.0).collect();
     parts.sort_by(|a, b| b.1.total_cmp(&a.1));
     parts.truncate(3);
@@ -60,10 +73,10 @@ pub(super) fn breakdown(sums: &Sums) -> String {
     if !(used > 0.0 && distance_km > 0.0) {
         return String::new();
     }
-    let rows: Vec<(String, f64, String)> = LOSSES
+    let rows: Vec<(String, f64, String)> = sums
+        .losses_j
         .iter()
-        .zip(sums.losses_j)
-        .filter_map(|((name, _), energy)| Some((name, energy?)))
+        .filter_map(|(name, energy)| Some((name, (*energy)?)))
         .map(|(name, energy)| {
             let per_km = energy / KWH_J / distance_km;
             // what rounds to nothing has no sign

@@ -2,7 +2,7 @@
 //! them.
 
 use super::charging::{Course, keep};
-use super::energy::LOSSES;
+use super::energy::losses;
 use super::{EXPLAINING, PAYLOAD, number};
 use ocmc_core::energy::Carrier;
 use ocmc_core::record::{Outcome, Record};
@@ -46,7 +46,7 @@ pub(super) struct Sums {
     pub(super) duration_s: Option<f64>,
     pub(super) standstill_s: Option<f64>,
     /// Of each kind of loss, in their order.
-    pub(super) losses_j: [Option<f64>; LOSSES.len()],
+    pub(super) losses_j: Vec<(&'static str, Option<f64>)>,
     /// Distance on urban, rural and motorway roads.
     pub(super) on_m: [Option<f64>; 3],
     /// Whether work was missing at the wheels of any cycle.
@@ -163,8 +163,11 @@ impl Sums {
         sum(&mut self.distance_m, Some(record.distance_m));
         sum(&mut self.duration_s, Some(record.duration_s));
         sum(&mut self.standstill_s, Some(record.standstill_s));
-        for (total, (_, of)) in self.losses_j.iter_mut().zip(LOSSES) {
-            sum(total, of(record));
+        if self.losses_j.is_empty() {
+            self.losses_j.extend(losses(record).map(|(name, _)| (name, None)));
+        }
+        for ((_, total), (_, energy)) in self.losses_j.iter_mut().zip(losses(record)) {
+            sum(total, energy);
         }
         let shares = [record.urban_share, record.rural_share, record.motorway_share];
         for (total, share) in self.on_m.iter_mut().zip(shares) {

@@ -172,7 +172,7 @@ fn the_page_of_the_records_is_made_from_their_columns() {
         }
         for name in what.split_whitespace() {
             let of_terms = TERMS.iter().filter_map(|declared| match declared.recorded {
-                Recorded::Column { name, meaning } => Some(Named { name, meaning }),
+                Recorded::Column { name, meaning, .. } => Some(Named { name, meaning }),
                 Recorded::Field | Recorded::ByPowertrain => None,
             });
             let of_carriers = CARRIERS

@@ -2,7 +2,6 @@
 //! that never empties.
 
 use super::scheduler::{Deliver, Driving, LaneScheduler, StopFlag};
-use crate::energy::Carrier;
 use crate::kernel::step::state::KernelParameters;
 use crate::kernel::trip::lane_task::LaneTask;
 use crate::powertrain::Powertrain;
@@ -61,7 +60,7 @@ impl<'a, P: Powertrain> WholeTrips<'a, P> {
             let place = cut_short.iter().position(|record| record.cycle_id == whole.cycle_id);
             let mut record = cut_short.swap_remove(place.expect("each has been cut short"));
             if whole.outcome == Outcome::Completed {
-                record.drove_whole_trip(whole.distance_m, whole.consumption(Carrier::Electricity));
+                record.drove_whole_trip(whole.distance_m, whole.drawn_kwh_per_km());
             }
             deliver(record);
         };

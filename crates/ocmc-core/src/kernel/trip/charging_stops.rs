@@ -123,8 +123,8 @@ pub(super) struct ChargingStops {
 impl ChargingStops {
     /// Those of a trip, where the study has a policy and its trucks have a battery.
     pub(super) fn new(study: &Study) -> Option<Box<Self>> {
-        let has_battery = study.vehicle().powertrain.has_battery();
-        study.model().charging.as_ref().filter(|_| has_battery).map(|_| Box::default())
+        let plugs_in = study.vehicle().powertrain.plugs_in();
+        study.model().charging.as_ref().filter(|_| plugs_in).map(|_| Box::default())
     }
 
     /// The trip begins.

@@ -109,6 +109,12 @@ impl EngineModel {
         problems.part("fuel", |problems| self.fuel.validate(problems));
     }
 
+    /// Largest power at the points of the full load, in W.
+    pub fn peak_power_w(&self) -> f64 {
+        let points = self.full_load_speed_radps.iter().zip(&self.full_load_torque_nm);
+        points.fold(0.0, |most, (speed, torque)| libm::fmax(most, speed * torque))
+    }
+
     /// Speed while the body takes power, in rad/s.
     pub fn working_radps(&self) -> f64 {
         let idle_radps = self.idle_speed_radps;
