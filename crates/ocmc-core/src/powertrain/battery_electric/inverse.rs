@@ -10,7 +10,7 @@ use crate::record::Record;
 
 /// The powertrain and the state of its battery.
 #[derive(Clone, Debug)]
-pub(super) struct InverseBatteryElectric<'a> {
+pub(in crate::powertrain) struct InverseBatteryElectric<'a> {
     powertrain: &'a BatteryElectricPowertrain,
     auxiliary_w: f64,
     /// State of charge.
@@ -32,7 +32,10 @@ struct Fit {
 }
 
 impl<'a> InverseBatteryElectric<'a> {
-    pub(super) fn new(powertrain: &'a BatteryElectricPowertrain, truck: &TruckInputs) -> Self {
+    pub(in crate::powertrain) fn new(
+        powertrain: &'a BatteryElectricPowertrain,
+        truck: &TruckInputs,
+    ) -> Self {
         Self {
             powertrain,
             auxiliary_w: truck.auxiliary_power_w,
@@ -41,6 +44,16 @@ impl<'a> InverseBatteryElectric<'a> {
             n_shifts: 0,
             depleted_s: 0.0,
         }
+    }
+
+    /// State of charge.
+    pub(in crate::powertrain) fn charge(&self) -> f64 {
+        self.charge
+    }
+
+    /// Power of the auxiliaries from here on, in W, less what another source gives.
+    pub(in crate::powertrain) fn set_auxiliary_w(&mut self, auxiliary_w: f64) {
+        self.auxiliary_w = auxiliary_w;
     }
 
     /// Motor speed for each m/s, in rad/m.

@@ -10,6 +10,7 @@ mod inverse;
 mod powertrain;
 mod temperature;
 
+pub(in crate::powertrain) use inverse::InverseBatteryElectric;
 pub use powertrain::BatteryState;
 
 use super::component::battery::BatteryModel;

@@ -37,7 +37,7 @@ pub struct BatteryState<S: Simd> {
     /// Power of the auxiliaries, in W.
     pub auxiliary_power: Lanes<S>,
     /// What they can give and take now.
-    pub(super) limits: BatteryLimits<S>,
+    pub(in crate::powertrain) limits: BatteryLimits<S>,
     /// Their temperatures, where they have any.
     pub(super) temperatures: Temperatures<S>,
 }
@@ -60,6 +60,37 @@ impl BatteryElectricPowertrain {
             return self.limited_torques(state, beyond.to_bitmask(), speed.into(), torque);
         }
         torque
+    }
+
+    /// Draws a step of the shaft from the battery, and books `auxiliary` as the power of the auxiliaries,
+    /// in W, of which another source may feed a part. Returns the torque and the power at the battery's
+    /// terminals.
+    #[inline(always)]
+    pub(in crate::powertrain) fn draw<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        shaft: &ShaftStep<S>,
+        auxiliary: Lanes<S>,
+        ledger: &mut StepLedger<S>,
+    ) -> [Lanes<S>; 2] {
+        let (battery, dt, torque) = (&self.model.battery, shaft.dt, shaft.gearbox_torque);
+        let loss = self.motor.losses_w(shaft.speed, torque);
+        let motor = shaft.speed * torque + loss;
+        let terminals = motor + state.auxiliary_power;
+        let charge = state.charge;
+        let (store, heat) = battery.flows(charge, terminals, &state.limits);
+        let back = masked(torque.simd_lt(0.0), (-motor).max(0.0));
+        ledger.add(Term::Crankshaft, torque * shaft.angle);
+        ledger.add(Term::Battery, store * dt);
+        ledger.add(Term::BatteryLoss, heat * dt);
+        ledger.add(Term::MotorLoss, loss * dt);
+        ledger.add(Term::Auxiliary, auxiliary * dt);
+        ledger.add(Term::Regenerated, back * dt);
+        state.charge -= store * dt * (1.0 / battery.capacity_j);
+        let covered = self.model.motor.maps_cover(shaft.speed, torque)
+            & !battery.overdrawn(charge, terminals, &state.limits);
+        ledger.add(Term::OutsideMap, masked(!covered, dt));
+        [torque, terminals]
     }
 
     #[cold]
@@ -288,24 +319,8 @@ impl Powertrain for BatteryElectricPowertrain {
         _second: &(),
         ledger: &mut StepLedger<S>,
     ) -> [Lanes<S>; 2] {
-        let (battery, dt, torque) = (&self.model.battery, shaft.dt, shaft.gearbox_torque);
-        let loss = self.motor.losses_w(shaft.speed, torque);
-        let motor = shaft.speed * torque + loss;
-        let terminals = motor + state.auxiliary_power;
-        let charge = state.charge;
-        let (store, heat) = battery.flows(charge, terminals, &state.limits);
-        let back = masked(torque.simd_lt(0.0), (-motor).max(0.0));
-        ledger.add(Term::Crankshaft, torque * shaft.angle);
-        ledger.add(Term::Battery, store * dt);
-        ledger.add(Term::BatteryLoss, heat * dt);
-        ledger.add(Term::MotorLoss, loss * dt);
-        ledger.add(Term::Auxiliary, state.auxiliary_power * dt);
-        ledger.add(Term::Regenerated, back * dt);
-        state.charge -= store * dt * (1.0 / battery.capacity_j);
-        let covered = self.model.motor.maps_cover(shaft.speed, torque)
-            & !battery.overdrawn(charge, terminals, &state.limits);
-        ledger.add(Term::OutsideMap, masked(!covered, dt));
-        [torque, terminals]
+        let auxiliary = state.auxiliary_power;
+        self.draw(state, shaft, auxiliary, ledger)
     }
 
     /// A deeper battery at the same mass, driven on below its lowest charge.

@@ -110,6 +110,12 @@ impl<S: Simd> BatteryLimits<S> {
         }
     }
 
+    /// Sets the highest powers of discharge at the terminals, in W.
+    #[inline(always)]
+    pub fn set_discharge_power(&mut self, power_w: Lanes<S>) {
+        self.discharge_power = power_w;
+    }
+
     /// Puts resistance, in Ω, and the powers that a battery gives and takes, in W, into a lane.
     pub fn set(&mut self, lane: usize, [resistance_ohm, give_w, take_w]: [f64; 3]) {
         self.resistance[lane] = resistance_ohm;
