@@ -118,7 +118,7 @@ pub(crate) fn typical(sets: &[&str]) -> Study {
 pub(crate) fn diesel(study: &Study) -> &CombustionPowertrain {
     match &study.vehicle().powertrain {
         PowertrainKind::Combustion(diesel) => diesel,
-        PowertrainKind::BatteryElectric(_) => panic!("a diesel truck"),
+        _ => panic!("a diesel truck"),
     }
 }
 

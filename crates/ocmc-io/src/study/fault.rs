@@ -11,8 +11,12 @@ use ocmc_core::study::tree::{Step, TreeError};
 use ocmc_core::study::{Problem, StudyError, StudyModel};
 
 /// Keys of earlier studies that have gone, and where what they said is said now.
-const MOVED: [(&str, &str); 1] =
-    [("vehicle.powertrain.battery_electric.charging", "charging.stop")];
+const MOVED: [(&str, &str); 4] = [
+    ("vehicle.powertrain.battery_electric.charging", "charging.stop"),
+    ("vehicle.engine", "vehicle.powertrain.combustion.engine"),
+    ("vehicle.gearbox", "vehicle.powertrain.combustion.gearbox"),
+    ("vehicle.electric", "vehicle.powertrain.battery_electric"),
+];
 
 /// What a name is made of.
 const NO_HIDDEN: &str = "letters that are shown: no control characters, none that turn the \
