@@ -7,7 +7,19 @@ use ocmc_core::energy::ledger::{Ledger, Place, Recorded, TERMS, Term};
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::lanes::Lanes;
 use ocmc_core::powertrain::component::engine::Engine;
+use ocmc_core::powertrain::{Powertrain, PowertrainTask};
 use ocmc_core::record::{self, COLUMNS, Cell, Outcome};
+
+/// The sources of a powertrain in the balance.
+struct Sources;
+
+impl PowertrainTask for Sources {
+    type Answer = &'static [Term];
+
+    fn run<P: Powertrain>(self, _powertrain: &P) -> &'static [Term] {
+        P::SOURCES
+    }
+}
 
 #[test]
 fn energy_closes_to_1e_9_in_every_built_in_study_and_nothing_is_nan() {
@@ -45,7 +57,8 @@ fn shift_and_clutch_losses_are_needed_for_the_balance() {
 #[test]
 fn the_declared_terms_close_the_balance_and_sum_up_to_the_record() {
     for built_in in ocmc_io::study::list() {
-        let trace = trace(&study(built_in.name, &[]), 1, 0);
+        let study = study(built_in.name, &[]);
+        let trace = trace(&study, 1, 0);
         let mut ledger = Ledger::EMPTY;
         for declared in TERMS {
             let column = trace.columns.iter().find(|column| column.name == declared.trace);
@@ -57,17 +70,17 @@ fn the_declared_terms_close_the_balance_and_sum_up_to_the_record() {
                 assert_eq!(recorded, Cell::Number(Some(sum)), "{name}");
             }
         }
-        let is_electric = trace.record.amount(Carrier::Electricity).is_some();
-        let source = if is_electric { Term::Battery } else { Term::Crankshaft };
-        let open_j = ledger.open_balance_j(&[source], trace.record.kinetic_change_j);
-        assert!((open_j / ledger[source]).abs() < 1e-9, "{}: {open_j}", built_in.name);
+        let sources = study.vehicle().powertrain.dispatch(Sources);
+        let given_j: f64 = sources.iter().map(|source| ledger[*source]).sum();
+        let open_j = ledger.open_balance_j(sources, trace.record.kinetic_change_j);
+        assert!((open_j / given_j).abs() < 1e-9, "{}: {open_j}", built_in.name);
         // each term of the balance is needed
         for declared in TERMS.iter().filter(|declared| declared.place == Place::Loss) {
             let mut without = ledger;
             without[declared.term] = 0.0;
-            let open_j = without.open_balance_j(&[source], trace.record.kinetic_change_j);
-            let share = ledger[declared.term] / ledger[source];
-            assert!((open_j / ledger[source] - share).abs() < 1e-9, "{:?}", declared.term);
+            let open_j = without.open_balance_j(sources, trace.record.kinetic_change_j);
+            let share = ledger[declared.term] / given_j;
+            assert!((open_j / given_j - share).abs() < 1e-9, "{:?}", declared.term);
         }
         assert!((0.0..ledger[Term::Distance]).contains(&ledger[Term::Coasting]));
     }

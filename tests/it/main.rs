@@ -29,6 +29,7 @@ mod energy_balance;
 mod fit;
 mod fit_fleet;
 mod fleet_answers;
+mod fuel_cell;
 mod fleet_nesting;
 mod follow_speed;
 mod forces;

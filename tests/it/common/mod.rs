@@ -157,7 +157,13 @@ pub(crate) fn balance(r: &Record) -> f64 {
     (crank - spent) / crank.abs()
 }
 
-/// What the battery's store lost less everything that it went into, over the energy that moved.
+/// A column of a record; 0 where it has none.
+pub(crate) fn number(record: &Record, name: &str) -> f64 {
+    ocmc_core::record::column(name).unwrap().get(record).number().unwrap_or(0.0)
+}
+
+/// What the battery's store lost, and what a fuel cell gave, less everything that it went into, over
+/// the energy that moved.
 pub(crate) fn electric_balance(r: &Record) -> f64 {
     let spent = r.battery_loss_j.unwrap()
         + r.motor_loss_j.unwrap()
@@ -169,8 +175,9 @@ pub(crate) fn electric_balance(r: &Record) -> f64 {
         + r.service_brake_energy_j
         + r.kinetic_change_j
         + r.potential_change_j;
-    let store = r.amount(Carrier::Electricity).unwrap();
-    (store - spent) / store.abs().max(r.wheel_energy_j)
+    let cell = number(r, "fuel_cell_input_j") - number(r, "fuel_cell_loss_j");
+    let given = r.amount(Carrier::Electricity).unwrap() + cell;
+    (given - spent) / given.abs().max(r.wheel_energy_j)
 }
 
 /// Mean and standard error.

@@ -100,7 +100,7 @@ pub struct Costing {
 }
 
 /// Keys whose laws are drawn, in the order of their places: append, never reorder.
-const KEYS: [&str; 20] = [
+const KEYS: [&str; 21] = [
     "fuel_per_l",
     "depot_charging_per_kwh",
     "public_charging_per_kwh",
@@ -121,6 +121,7 @@ const KEYS: [&str; 20] = [
     "distance_km_per_a",
     "hydrogen_per_kg",
     "methane_per_kg",
+    "fuel_cell_per_kw",
 ];
 
 /// Prices that a break-even is looked for, where a study has them.
@@ -259,6 +260,7 @@ impl Costing {
             ("charger_per_truck", &cost.charger_per_truck, Item::Charger, one(sizes.plugs_in)),
             ("engine_per_kw", &cost.engine_per_kw, Item::Engine, sizes.engine_kw),
             ("motor_per_kw", &cost.motor_per_kw, Item::Motor, sizes.motor_kw),
+            ("fuel_cell_per_kw", &cost.fuel_cell_per_kw, Item::Engine, sizes.cell_kw),
             ("battery_per_kwh", &cost.battery_per_kwh, Item::Battery, sizes.battery_kwh),
         ] {
             let Some(amount) = amount else { continue };

@@ -123,6 +123,10 @@ pub struct CostModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Quantity", range(min = 0.0, max = 1.0e9))]
     pub battery_per_kwh: Option<Quantity>,
+    /// Fuel cell, per kW of its highest net power.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Quantity", range(min = 0.0, max = 1.0e9))]
+    pub fuel_cell_per_kw: Option<Quantity>,
     /// Worth of a truck at the end of its life, as a share of its purchase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Quantity", range(min = 0.0, max = 1.0))]
@@ -188,7 +192,7 @@ impl CostModel {
     }
 
     /// What is paid by the truck, with its keys.
-    fn by_truck(&self) -> [(&'static str, bool); 8] {
+    fn by_truck(&self) -> [(&'static str, bool); 9] {
         [
             ("purchase_per_truck", self.purchase_per_truck.is_some()),
             ("tank_per_truck", self.tank_per_truck.is_some()),
@@ -196,6 +200,7 @@ impl CostModel {
             ("engine_per_kw", self.engine_per_kw.is_some()),
             ("motor_per_kw", self.motor_per_kw.is_some()),
             ("battery_per_kwh", self.battery_per_kwh.is_some()),
+            ("fuel_cell_per_kw", self.fuel_cell_per_kw.is_some()),
             ("residual_share", self.residual_share.is_some()),
             ("insurance_per_a", self.insurance_per_a.is_some()),
         ]

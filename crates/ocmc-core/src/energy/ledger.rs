@@ -62,6 +62,10 @@ pub enum Term {
     Missing,
     /// Distance driven with neither pedal pressed, in m.
     Coasting,
+    /// Energy of the hydrogen that a fuel cell takes, in J.
+    CellInput,
+    /// Loss of the fuel cell, what its pumps take included, in J.
+    CellLoss,
 }
 
 /// The place of a term in the energy balance: source + given = losses + change of kinetic energy.
@@ -185,6 +189,28 @@ pub const TERMS: &[Declaration] = &[
         },
         place: Place::Outside,
         extent: Extent::Only(Mode::Driven),
+    },
+    Declaration {
+        term: Term::CellInput,
+        trace: "fuel_cell_input_added_j",
+        recorded: Recorded::Column {
+            name: "fuel_cell_input_j",
+            meaning: "Energy of the hydrogen that the fuel cell took, in J; null without one.",
+            label: "fuel cell, input",
+        },
+        place: Place::Source,
+        extent: Extent::Powertrain,
+    },
+    Declaration {
+        term: Term::CellLoss,
+        trace: "fuel_cell_loss_added_j",
+        recorded: Recorded::Column {
+            name: "fuel_cell_loss_j",
+            meaning: "Loss of the fuel cell, what its pumps take included, in J; null without one.",
+            label: "fuel cell",
+        },
+        place: Place::Loss,
+        extent: Extent::Powertrain,
     },
 ];
 

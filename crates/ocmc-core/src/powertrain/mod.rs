@@ -9,6 +9,7 @@ pub mod battery_electric;
 pub mod combustion;
 pub mod component;
 pub mod efficiency;
+pub mod fuel_cell;
 pub mod inverse;
 mod model;
 
@@ -22,6 +23,7 @@ use battery_electric::BatteryElectricPowertrain;
 use combustion::CombustionPowertrain;
 use component::gearbox::GearLanes;
 use fearless_simd::prelude::*;
+use fuel_cell::FuelCellPowertrain;
 
 pub use model::{PowertrainModel, Sizes, TRUCK_LAWS};
 
@@ -36,6 +38,8 @@ pub enum PowertrainKind {
     Combustion(CombustionPowertrain),
     /// A battery and a motor.
     BatteryElectric(BatteryElectricPowertrain),
+    /// A fuel cell, a battery and a motor.
+    FuelCell(FuelCellPowertrain),
 }
 
 impl PowertrainKind {
@@ -44,6 +48,7 @@ impl PowertrainKind {
         match self {
             Self::Combustion(powertrain) => task.run(powertrain),
             Self::BatteryElectric(powertrain) => task.run(powertrain),
+            Self::FuelCell(powertrain) => task.run(powertrain),
         }
     }
 
@@ -59,7 +64,7 @@ impl PowertrainKind {
     /// Whether it has a temperature that matters.
     pub fn has_temperature(&self) -> bool {
         match self {
-            Self::Combustion(_) => false,
+            Self::Combustion(_) | Self::FuelCell(_) => false,
             Self::BatteryElectric(powertrain) => powertrain.model.battery.thermal.is_some(),
         }
     }
@@ -82,6 +87,7 @@ impl PowertrainKind {
         match self {
             Self::Combustion(powertrain) => powertrain.preconditions_from_m(),
             Self::BatteryElectric(powertrain) => powertrain.preconditions_from_m(),
+            Self::FuelCell(powertrain) => powertrain.preconditions_from_m(),
         }
     }
 
@@ -90,6 +96,7 @@ impl PowertrainKind {
         match self {
             Self::Combustion(powertrain) => powertrain.carriers(),
             Self::BatteryElectric(powertrain) => powertrain.carriers(),
+            Self::FuelCell(powertrain) => powertrain.carriers(),
         }
     }
 
@@ -97,7 +104,7 @@ impl PowertrainKind {
     pub fn power_take_off_w(&self, auxiliary_power_w: f64) -> Option<f64> {
         match self {
             Self::Combustion(powertrain) => Some(powertrain.power_take_off_w(auxiliary_power_w)),
-            Self::BatteryElectric(_) => None,
+            Self::BatteryElectric(_) | Self::FuelCell(_) => None,
         }
     }
 
@@ -124,7 +131,7 @@ impl PowertrainKind {
         match self {
             Self::Combustion(powertrain) => powertrain.coasting_force_n(speed_mps),
             // a motor runs freely
-            Self::BatteryElectric(_) => 0.0,
+            Self::BatteryElectric(_) | Self::FuelCell(_) => 0.0,
         }
     }
 

@@ -4,6 +4,7 @@ use super::PowertrainKind;
 use super::battery_electric::{BatteryElectricPowertrain, ElectricModel};
 use super::combustion::{CombustionModel, CombustionPowertrain};
 use super::component::gearbox::{Gear, ShiftModel};
+use super::fuel_cell::{FuelCellModel, FuelCellPowertrain};
 use crate::distribution::Quantity;
 use crate::energy::Carrier;
 use crate::random::{Stream, Streams};
@@ -20,6 +21,8 @@ pub struct Sizes {
     pub motor_kw: Option<f64>,
     /// Capacity of the battery, in kWh; none without one.
     pub battery_kwh: Option<f64>,
+    /// Highest net power of the fuel cell, in kW; none without one.
+    pub cell_kw: Option<f64>,
     /// What it stores.
     pub carriers: &'static [Carrier],
     /// Whether chargers charge it.
@@ -45,12 +48,16 @@ pub enum PowertrainModel {
     Combustion(CombustionModel),
     /// A battery and a motor.
     BatteryElectric(ElectricModel),
+    /// A fuel cell, a battery and a motor.
+    FuelCell(FuelCellModel),
 }
 
 /// Laws of a powertrain whose level may be set.
-pub const TRUCK_LAWS: [&str; 2] = [
+pub const TRUCK_LAWS: [&str; 4] = [
     "vehicle.powertrain.combustion.engine.fuel_factor",
     "vehicle.powertrain.battery_electric.battery.initial_charge",
+    "vehicle.powertrain.fuel_cell.cell.hydrogen_factor",
+    "vehicle.powertrain.fuel_cell.electric.battery.initial_charge",
 ];
 
 impl PowertrainModel {
@@ -62,6 +69,9 @@ impl PowertrainModel {
             }
             Self::BatteryElectric(model) => {
                 problems.part("battery_electric", |problems| model.validate(problems));
+            }
+            Self::FuelCell(model) => {
+                problems.part("fuel_cell", |problems| model.validate(problems));
             }
         }
     }
@@ -81,6 +91,7 @@ impl PowertrainModel {
         match self {
             Self::Combustion(model) => model.engine.fuel.carrier.alone(),
             Self::BatteryElectric(_) => Carrier::Electricity.alone(),
+            Self::FuelCell(_) => &[Carrier::Electricity, Carrier::Hydrogen],
         }
     }
 
@@ -92,8 +103,13 @@ impl PowertrainModel {
     /// The most that its stores give, in J, down to a reserve of the charge; none of stores that are not
     /// told.
     pub fn usable_j(&self, reserve: f64) -> Option<f64> {
-        let battery = &self.battery_electric()?.battery;
-        Some(battery.capacity_j * (1.0 - battery.minimum_charge.max(reserve)))
+        match self {
+            Self::Combustion(_) => None,
+            Self::BatteryElectric(ElectricModel { battery, .. }) => {
+                Some(battery.capacity_j * (1.0 - battery.minimum_charge.max(reserve)))
+            }
+            Self::FuelCell(model) => Some(model.usable_j()),
+        }
     }
 
     /// Sizes by which its parts are priced.
@@ -105,6 +121,10 @@ impl PowertrainModel {
                 Sizes { engine_kw: Some(model.engine.peak_power_w() / 1000.0), ..sizes }
             }
             Self::BatteryElectric(model) => sizes.with_electric(model),
+            Self::FuelCell(FuelCellModel { electric, cell, .. }) => {
+                let cell_w = cell.map_power_w.last().copied().unwrap_or(0.0);
+                Sizes { cell_kw: Some(cell_w / 1000.0), ..sizes.with_electric(electric) }
+            }
         }
     }
 
@@ -116,18 +136,22 @@ impl PowertrainModel {
         streams: &Streams,
         spread: bool,
     ) -> (f64, Option<f64>) {
-        match self {
-            Self::Combustion(model) => (draw(&model.engine.fuel_factor), None),
-            Self::BatteryElectric(model) => {
-                let (law, stream) = (&model.battery.initial_charge, Stream::Electric);
-                let charge = if spread {
-                    law.sample_once(streams, stream, &mut streams.open(stream))
-                } else {
-                    law.centre()
-                };
-                (1.0, Some(charge))
+        let (factor, battery) = match self {
+            Self::Combustion(model) => (Some(&model.engine.fuel_factor), None),
+            Self::BatteryElectric(model) => (None, Some(&model.battery)),
+            Self::FuelCell(model) => {
+                (Some(&model.cell.hydrogen_factor), Some(&model.electric.battery))
             }
-        }
+        };
+        let charge = battery.map(|battery| {
+            let (law, stream) = (&battery.initial_charge, Stream::Electric);
+            if spread {
+                law.sample_once(streams, stream, &mut streams.open(stream))
+            } else {
+                law.centre()
+            }
+        });
+        (factor.map_or(1.0, draw), charge)
     }
 
     /// The powertrain over wheels of a radius, in m, with an engine brake, in Nm s; its gears, and when
@@ -148,6 +172,11 @@ impl PowertrainModel {
                 let electric = BatteryElectricPowertrain::new(model, radius_m);
                 let gears = electric.gears.clone();
                 (PowertrainKind::BatteryElectric(electric), gears, model.strategy())
+            }
+            Self::FuelCell(model) => {
+                let fuel_cell = FuelCellPowertrain::new(model, radius_m);
+                let gears = fuel_cell.electric.gears.clone();
+                (PowertrainKind::FuelCell(fuel_cell), gears, model.electric.strategy())
             }
         }
     }

@@ -26,6 +26,7 @@ const DIESEL: Sizes = Sizes {
     engine_kw: Some(300.0),
     motor_kw: None,
     battery_kwh: None,
+    cell_kw: None,
     carriers: &[Carrier::LiquidFuel],
     plugs_in: false,
 };
@@ -33,6 +34,7 @@ const ELECTRIC: Sizes = Sizes {
     engine_kw: None,
     motor_kw: Some(300.0),
     battery_kwh: Some(500.0),
+    cell_kw: None,
     carriers: &[Carrier::Electricity],
     plugs_in: true,
 };

@@ -54,6 +54,7 @@ pub const STUDIES: &[BuiltIn] = &[
     built_in("battery-truck", include_str!("../../../../configs/battery-truck.toml")),
     built_in("electric-regional", include_str!("../../../../configs/electric-regional.toml")),
     built_in("electric-long-haul", include_str!("../../../../configs/electric-long-haul.toml")),
+    built_in("fuel-cell-truck", include_str!("../../../../configs/fuel-cell-truck.toml")),
     built_in("passenger-car", include_str!("../../../../configs/passenger-car.toml")),
 ];
 
@@ -65,6 +66,10 @@ pub const VEHICLES: &[BuiltIn] = &[
     built_in(
         "tractor-electric-40t",
         include_str!("../../../../configs/vehicles/tractor-electric-40t.toml"),
+    ),
+    built_in(
+        "tractor-fuel-cell-40t",
+        include_str!("../../../../configs/vehicles/tractor-fuel-cell-40t.toml"),
     ),
     built_in(
         "city-bus-electric-12m",
