@@ -25,13 +25,9 @@ fn hydrogen_is_what_the_map_says_of_the_power_of_the_cell() {
         panic!("a fuel-cell truck");
     };
     let trace = trace(&study, 1, 3);
-    let [input, loss, time, hydrogen] = [
-        "fuel_cell_input_added_j",
-        "fuel_cell_loss_added_j",
-        "simulated_added_s",
-        "fuel_added_kg",
-    ]
-    .map(|name| column(&trace, name));
+    let [input, loss, time, hydrogen] =
+        ["fuel_cell_input_added_j", "fuel_cell_loss_added_j", "simulated_added_s", "fuel_added_kg"]
+            .map(|name| column(&trace, name));
     let mut worked = 0;
     for k in 0..time.len() {
         assert!((hydrogen[k] * LHV_JPKG - input[k]).abs() <= 1e-9 * input[k].abs().max(1.0), "{k}");
@@ -67,8 +63,8 @@ fn the_battery_is_brought_back_to_its_target() {
 fn each_store_has_its_consumption_and_all_have_one_together() {
     let records = run(&study(NAME, &["mission.length_m=50000"]), 40);
     for record in &records {
-        let [battery_j, hydrogen_kg] =
-            [Carrier::Electricity, Carrier::Hydrogen].map(|carrier| record.amount(carrier).unwrap());
+        let [battery_j, hydrogen_kg] = [Carrier::Electricity, Carrier::Hydrogen]
+            .map(|carrier| record.amount(carrier).unwrap());
         assert!(record.amount(Carrier::LiquidFuel).is_none() && record.co2_g_per_km.is_none());
         let all_j = battery_j + hydrogen_kg * LHV_JPKG;
         let wanted = all_j / 3.6e6 / (record.distance_m / 1000.0);
@@ -78,7 +74,8 @@ fn each_store_has_its_consumption_and_all_have_one_together() {
         let parts = record.breakdown.columns().unwrap();
         for carrier in parts.carriers() {
             let name = carrier.declaration().amount.name;
-            let of_parts = parts.names().iter().enumerate().filter(|(_, part)| part.starts_with(name));
+            let of_parts =
+                parts.names().iter().enumerate().filter(|(_, part)| part.starts_with(name));
             let sum: f64 = of_parts.map(|(k, _)| record.breakdown.value(k).unwrap()).sum();
             let whole = record.amount(carrier).unwrap();
             assert!((sum - whole).abs() < 1e-9 * whole.abs().max(1e-6), "{name}: {sum} {whole}");
@@ -90,10 +87,8 @@ fn each_store_has_its_consumption_and_all_have_one_together() {
 
 #[test]
 fn a_truck_with_an_empty_tank_goes_on_by_its_battery_and_then_stands() {
-    let study = exact(&[
-        "vehicle.powertrain.fuel_cell.usable_hydrogen_kg=2",
-        "mission.length_m=300000",
-    ]);
+    let study =
+        exact(&["vehicle.powertrain.fuel_cell.usable_hydrogen_kg=2", "mission.length_m=300000"]);
     for record in run(&study, 10) {
         assert_eq!(record.outcome, Outcome::Depleted);
         let hydrogen_kg = record.amount(Carrier::Hydrogen).unwrap();
@@ -130,8 +125,7 @@ fn the_backward_mode_takes_what_the_drivers_did_on_a_level_road() {
     let followed = follow(&cycle, &body, &mut *inverse);
     let ledger = &followed.ledger;
     use ocmc_core::energy::ledger::Term;
-    let open_j = ledger
-        .open_balance_j(&[Term::CellInput, Term::Battery], followed.kinetic_j);
+    let open_j = ledger.open_balance_j(&[Term::CellInput, Term::Battery], followed.kinetic_j);
     assert!((open_j / ledger[Term::CellInput]).abs() < 1e-9, "{open_j}");
     // at a steady speed the cell gives the demand, and the battery nothing
     let given_w = (ledger[Term::CellInput] - ledger[Term::CellLoss]) / 7200.0;

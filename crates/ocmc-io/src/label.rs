@@ -63,6 +63,11 @@ pub fn remarks(summary: &Summary) -> Vec<String> {
             "traction: what drives the wheels; what braking gives back is not taken off.";
         remarks.push(traction.to_owned());
     }
+    if n(ALL_STORES.name) > 0 {
+        let stores =
+            "each store: what it gave less what it got from another; all kWh/km is their sum.";
+        remarks.push(stores.to_owned());
+    }
     if summary.payloads_cut > 0 {
         let share = percent(summary.payloads_cut as f64 / summary.cycles as f64);
         remarks.push(format!(

@@ -7,6 +7,7 @@
 use super::CostModel;
 use super::costing::{depot_kwh, public_kwh, sold};
 use crate::charging::ChargingPolicy;
+use crate::energy::carrier::Declaration;
 use crate::record::Record;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -60,6 +61,8 @@ impl EmissionModel {
 pub struct EmissionFactors {
     factors: EmissionModel,
     charging_efficiency: Option<f64>,
+    /// Whether the electricity of its trucks comes from the grid.
+    plugs_in: bool,
 }
 
 /// What a completed trip emits.
@@ -80,19 +83,20 @@ pub struct TripEmissions {
 }
 
 impl EmissionFactors {
-    /// Those of a study. The efficiency of charging is that of its costs, else that of its
+    /// Those of a study, whose trucks are charged from the grid or not. The efficiency of charging is that of its costs, else that of its
     /// chargers, else the one beside the factors.
     pub fn of(
         factors: Option<&EmissionModel>,
         cost: Option<&CostModel>,
         charging: Option<&ChargingPolicy>,
+        plugs_in: bool,
     ) -> Self {
         let factors = factors.cloned().unwrap_or_default();
         let charging_efficiency = cost
             .and_then(|cost| cost.charging_efficiency)
             .or(charging.map(|charging| charging.efficiency))
             .or(factors.charging_efficiency);
-        Self { factors, charging_efficiency }
+        Self { factors, charging_efficiency, plugs_in }
     }
 
     /// What a trip emits, with what it drove where its battery cut it short; none of one that
@@ -102,14 +106,15 @@ impl EmissionFactors {
             return None;
         }
         let km = record.distance_m / 1000.0;
-        let Self { factors, charging_efficiency } = self;
+        let Self { factors, charging_efficiency, plugs_in } = self;
         let metered = |factor: Option<f64>| {
             factor.zip(*charging_efficiency).map(|(factor, efficiency)| {
                 factor * (depot_kwh(record, efficiency) + public_kwh(record, efficiency))
             })
         };
         let (mut generation_kg, mut well_to_wheel_kg) = (None, None);
-        for (k, declared) in record.carriers().enumerate() {
+        let charged = |declared: &&Declaration| declared.filled.is_some() || *plugs_in;
+        for (k, declared) in record.carriers().filter(charged).enumerate() {
             let of_this = match declared.filled {
                 Some(keys) => {
                     let factor = factors.well_to_wheel(keys.well_to_wheel);

@@ -292,8 +292,9 @@ impl Study {
         let nesting = model.fleet.nesting();
         let breakdown = breakdown_columns(&model, &road_types);
         let StudyModel { emissions, cost, charging, .. } = &model;
+        let plugs_in = model.vehicle.powertrain.plugs_in();
         let emission_factors =
-            EmissionFactors::of(emissions.as_ref(), cost.as_ref(), charging.as_ref());
+            EmissionFactors::of(emissions.as_ref(), cost.as_ref(), charging.as_ref(), plugs_in);
         Ok(Self {
             model,
             operating_cycle,

@@ -399,8 +399,8 @@ fn electricity_emits_what_its_meters_count_times_the_factors_of_the_study() {
     }))
     .unwrap();
     let cost = model(json!({ "currency": "EUR", "charging_efficiency": 0.9 }));
-    let alone = EmissionFactors::of(Some(&emissions), None, None);
-    let with_cost = EmissionFactors::of(Some(&emissions), Some(&cost), None);
+    let alone = EmissionFactors::of(Some(&emissions), None, None, true);
+    let with_cost = EmissionFactors::of(Some(&emissions), Some(&cost), None, true);
     let record = Record {
         distance_m: 50_000.0,
         payload_kg: 10_000.0,
@@ -419,6 +419,9 @@ fn electricity_emits_what_its_meters_count_times_the_factors_of_the_study() {
         assert_within("well", well, kwh * 300.0 / 50.0, 1e-12);
         assert_within("tkm", found.well_to_wheel_g_per_tkm.unwrap(), well / 10.0, 1e-12);
     }
+    // a battery that no charger charges has nothing from the grid
+    let fed = filled(&EmissionFactors::of(Some(&emissions), None, None, false), &record);
+    assert_eq!((fed.grid_co2_g_per_km, fed.well_to_wheel_g_per_km), (None, None));
     let metered = Record {
         grid_energy_depot_j: Some(60.0 * 3.6e6),
         grid_energy_public_j: Some(20.0 * 3.6e6),
