@@ -150,3 +150,33 @@ fn hydrogen_at_40_t_on_the_motorway_lies_among_published_trucks() {
     let efficiency = 1.0 - total(&|r| number(r, "fuel_cell_loss_j")) / input;
     assert!((0.45..0.56).contains(&efficiency), "{efficiency}");
 }
+
+#[test]
+fn a_gas_engine_is_data_alone() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/gas-tractor.toml");
+    let gas = ocmc_io::study::load(path, &["mission.length_m=50000"]).unwrap();
+    let records = run(&gas.study, 100);
+    let diesel = run(&study("field-truck", &["mission.length_m=50000"]), 100);
+    let total =
+        |records: &[Record], of: &dyn Fn(&Record) -> f64| records.iter().map(of).sum::<f64>();
+    for record in &records {
+        assert!(record.amount(Carrier::LiquidFuel).is_none());
+        let kg = record.amount(Carrier::Methane).unwrap();
+        let per_100km = kg / record.distance_m * 1e5;
+        assert!((record.consumption(Carrier::Methane).unwrap() / per_100km - 1.0).abs() < 1e-12);
+        let wanted_g = kg * 2.69e6 / record.distance_m;
+        assert!((record.co2_g_per_km.unwrap() / wanted_g - 1.0).abs() < 1e-12);
+    }
+    assert_eq!(consumption(&records).column, "consumption_methane_kg_per_100km");
+    // the map of the gas engine is 0.61 to 0.88 of the diesel's
+    let energy = |records: &[Record]| total(records, &|r| r.fuel_energy_j.unwrap());
+    let more = energy(&records) / energy(&diesel);
+    println!("{more:.3} times the energy of the diesel");
+    assert!((1.10..1.45).contains(&more), "{more}");
+    let wrong = [
+        "vehicle.powertrain.combustion.engine.fuel.heating_value_jpkg=42.7e6",
+        "vehicle.powertrain.combustion.engine.fuel.carrier=\"hydrogen\"",
+    ];
+    let error = ocmc_io::study::load("field-truck", &wrong).unwrap_err().to_string();
+    assert!(error.contains("heating_value_jpkg") && error.contains("hydrogen"), "{error}");
+}
