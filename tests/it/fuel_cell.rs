@@ -2,8 +2,9 @@
 
 use crate::common::{column, electric_balance, number, run, study};
 use ocmc_core::energy::Carrier;
+use ocmc_core::energy::ledger::Term;
 use ocmc_core::kernel::drive::trace::trace;
-use ocmc_core::powertrain::{PowertrainKind, PowertrainModel};
+use ocmc_core::powertrain::{Powertrain, PowertrainKind, PowertrainModel};
 use ocmc_core::prescribed::{Body, DriveCycle, follow};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
@@ -120,11 +121,9 @@ fn the_backward_mode_takes_what_the_drivers_did_on_a_level_road() {
     let PowertrainKind::FuelCell(powertrain) = &study.vehicle().powertrain else {
         panic!("a fuel-cell truck");
     };
-    use ocmc_core::powertrain::Powertrain;
     let mut inverse = powertrain.inverse(&truck);
     let followed = follow(&cycle, &body, &mut *inverse);
     let ledger = &followed.ledger;
-    use ocmc_core::energy::ledger::Term;
     let open_j = ledger.open_balance_j(&[Term::CellInput, Term::Battery], followed.kinetic_j);
     assert!((open_j / ledger[Term::CellInput]).abs() < 1e-9, "{open_j}");
     // at a steady speed the cell gives the demand, and the battery nothing

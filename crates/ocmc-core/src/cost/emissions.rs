@@ -115,15 +115,12 @@ impl EmissionFactors {
         let (mut generation_kg, mut well_to_wheel_kg) = (None, None);
         let charged = |declared: &&Declaration| declared.filled.is_some() || *plugs_in;
         for (k, declared) in record.carriers().filter(charged).enumerate() {
-            let of_this = match declared.filled {
-                Some(keys) => {
-                    let factor = factors.well_to_wheel(keys.well_to_wheel);
-                    factor.map(|factor| factor * sold(record, declared))
-                }
-                None => {
-                    generation_kg = metered(factors.electricity_generation_kg_per_kwh);
-                    metered(factors.electricity_well_to_wheel_kg_per_kwh)
-                }
+            let of_this = if let Some(keys) = declared.filled {
+                let factor = factors.well_to_wheel(keys.well_to_wheel);
+                factor.map(|factor| factor * sold(record, declared))
+            } else {
+                generation_kg = metered(factors.electricity_generation_kg_per_kwh);
+                metered(factors.electricity_well_to_wheel_kg_per_kwh)
             };
             // the sum is known where each part is
             let before_kg = if k == 0 { Some(0.0) } else { well_to_wheel_kg };

@@ -39,7 +39,7 @@ pub enum PowertrainKind {
     /// A battery and a motor.
     BatteryElectric(BatteryElectricPowertrain),
     /// A fuel cell, a battery and a motor.
-    FuelCell(FuelCellPowertrain),
+    FuelCell(Box<FuelCellPowertrain>),
 }
 
 impl PowertrainKind {
@@ -48,7 +48,7 @@ impl PowertrainKind {
         match self {
             Self::Combustion(powertrain) => task.run(powertrain),
             Self::BatteryElectric(powertrain) => task.run(powertrain),
-            Self::FuelCell(powertrain) => task.run(powertrain),
+            Self::FuelCell(powertrain) => task.run(powertrain.as_ref()),
         }
     }
 

@@ -176,7 +176,7 @@ impl PowertrainModel {
             Self::FuelCell(model) => {
                 let fuel_cell = FuelCellPowertrain::new(model, radius_m);
                 let gears = fuel_cell.electric.gears.clone();
-                (PowertrainKind::FuelCell(fuel_cell), gears, model.electric.strategy())
+                (PowertrainKind::FuelCell(Box::new(fuel_cell)), gears, model.electric.strategy())
             }
         }
     }
