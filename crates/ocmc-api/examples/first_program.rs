@@ -1,6 +1,8 @@
 //! A first program: the mean consumption of a few trips, and how long one of them takes.
 //! `scripts/first-program` builds it as a stranger does, and checks what it prints.
 
+#![allow(clippy::print_stdout, reason = "it is a program")]
+
 use ocmc_api::{Answer, Error, GivenDrive, RunPlan, RunRequest, go_on, run, study, trace};
 
 fn main() -> Result<(), Error> {

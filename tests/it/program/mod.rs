@@ -39,8 +39,7 @@ pub(crate) fn seal(directory: &Path) {
     let files = folders.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten();
     for file in files.map(|file| file.expect("an entry").path()).filter(|file| file.is_file()) {
         let name = file.strip_prefix(directory).expect("below it").to_str().expect("UTF-8");
-        let is_table =
-            file.extension().is_some_and(|ending| ending == "parquet" || ending == "csv");
+        let is_table = matches!(name.rsplit('.').next(), Some("parquet" | "csv"));
         if is_table || name == "summary.json" {
             note_file(directory, name).expect("sums");
         }
