@@ -40,6 +40,9 @@ fn an_unknown_key_names_the_nearest() {
 fn a_key_that_moved_says_where_to() {
     let text = "study.base = \"battery-truck\"\nvehicle.electric.charging.power_w = 3e5\n";
     let error = error_of(text).to_string();
+    assert!(error.contains("it has moved to `vehicle.powertrain.battery_electric`"), "{error}");
+    let text = text.replace("electric.charging", "powertrain.battery_electric.charging");
+    let error = error_of(&text).to_string();
     assert!(
         error.contains("`vehicle.powertrain.battery_electric.charging` is not a key"),
         "{error}"
