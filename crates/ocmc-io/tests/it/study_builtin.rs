@@ -65,6 +65,8 @@ fn studies_differ_from_the_default_one_only_where_they_say_so() {
         let model = model(built_in.name);
         if ["battery-truck", "electric-regional", "electric-long-haul"].contains(&built_in.name) {
             assert!(model.vehicle.powertrain.battery_electric().is_some());
+        } else if built_in.name == "fuel-cell-truck" {
+            assert_eq!(model.vehicle.powertrain.carriers().len(), 2);
         } else if built_in.name == "passenger-car" {
             assert!(
                 model.vehicle.curb_mass_kg < 3500.0
