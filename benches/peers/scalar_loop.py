@@ -63,15 +63,17 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
 
     study = model["study"]
     vehicle, simulation, pid = study["vehicle"], study["simulation"], study["driver"]["pedals"]["pid"]
-    shift = vehicle["gearbox"]["shift"]
+    shift = vehicle["powertrain"]["combustion"]["gearbox"]["shift"]
     inertia, wheel_mass, idle_w, open_w = (
-        vehicle["engine"]["inertia_kgm2"],
+        vehicle["powertrain"]["combustion"]["engine"]["inertia_kgm2"],
         model["wheel_mass_kg"],
         model["idle_radps"],
         model["open_radps"],
     )
     # beyond it Heun's method would let the lags of torque and filtered speed run away
-    longest_s = 2.0 * min(vehicle["engine"]["torque_lag_s"], pid["derivative_filter_s"])
+    longest_s = 2.0 * min(
+        vehicle["powertrain"]["combustion"]["engine"]["torque_lag_s"], pid["derivative_filter_s"]
+    )
     j_low, j_high = pid["integral_minimum"], pid["integral_maximum"]
     up_w, up_pedal = shift["up_speed_radps"], shift["up_pedal_radps"]
     down_w, down_pedal = shift["down_speed_radps"], shift["down_pedal_radps"]

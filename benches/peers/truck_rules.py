@@ -53,7 +53,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     study = model["study"]
     vehicle, driver_model = study["vehicle"], study["driver"]
     pedals, pid, brakes = driver_model["pedals"], driver_model["pedals"]["pid"], vehicle["brakes"]
-    engine, gearbox = vehicle["engine"], vehicle["gearbox"]
+    engine, gearbox = (
+        vehicle["powertrain"]["combustion"]["engine"],
+        vehicle["powertrain"]["combustion"]["gearbox"],
+    )
     shift = gearbox["shift"]
     refuse_others(driver_model)
 

@@ -199,7 +199,10 @@ def shift_lines():
     """Where the engine works: full load, specific fuel, the lines of the gearbox, and a drive."""
     study = ocmc.Study("field-truck")
     vehicle = study.to_dict()["vehicle"]
-    engine, box = vehicle["engine"], vehicle["gearbox"]["shift"]
+    engine, box = (
+        vehicle["powertrain"]["combustion"]["engine"],
+        vehicle["powertrain"]["combustion"]["gearbox"]["shift"],
+    )
     rows = np.asarray(engine["map_speed_radps"])
     torques = np.asarray(engine["map_torque_nm"])
     speed = np.linspace(rows[0], rows[-1], 160)

@@ -58,7 +58,10 @@ def forces():
     study = ocmc.Study("field-truck-loaded").set("simulation.without", ["driver_spread", "vehicle_spread"])
     run = study.run(cycles=20, progress=False)
     vehicle = study.to_dict()["vehicle"]
-    engine, box = vehicle["engine"], vehicle["gearbox"]
+    engine, box = (
+        vehicle["powertrain"]["combustion"]["engine"],
+        vehicle["powertrain"]["combustion"]["gearbox"],
+    )
     coefficient, area = run["rolling_coefficient"].mean(), run["drag_area_m2"].mean()
     mass = vehicle["curb_mass_kg"] + run["payload_kg"].mean()
     air = 1.25  # kg/m³, about 8 °C at sea level
