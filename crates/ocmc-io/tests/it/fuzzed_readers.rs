@@ -239,7 +239,11 @@ const READERS: [Reader; 12] = [
                 "vfld" => "engine.full_load_file",
                 _ => "gearbox.direct_loss_file",
             };
-            study::load("field-truck", &[format!("vehicle.powertrain.combustion.{key}='{}'", path.display())]).is_ok()
+            study::load(
+                "field-truck",
+                &[format!("vehicle.powertrain.combustion.{key}='{}'", path.display())],
+            )
+            .is_ok()
         },
     ),
     (
