@@ -194,13 +194,13 @@ fn every_built_in_vehicle_drives_the_default_roads() {
             assert_eq!(record.outcome, Outcome::Completed, "{} {}", vehicle.name, record.cycle_id);
             // of what the store gives, and of what braking brings back, a fifth at least comes to
             // the wheels and not more than all
-            let store = record.fuel_energy_j.or(record.amount(Carrier::Electricity)).unwrap();
+            let store = record.stored_energy_j().unwrap();
             let given = store + record.regenerated_energy_j.unwrap_or(0.0);
             let share = record.wheel_energy_j / given;
             assert!((0.2..1.0).contains(&share), "{} {share} {given}", vehicle.name);
-            let energy =
-                record.fuel_energy_j.is_some() != record.amount(Carrier::Electricity).is_some();
-            assert!(energy, "{}: one store", vehicle.name);
+            let stores = record.carriers().map(|declared| declared.carrier);
+            let declared = loaded.study.vehicle().powertrain.carriers();
+            assert_eq!(stores.collect::<Vec<_>>(), declared, "{}", vehicle.name);
         }
     }
 }
