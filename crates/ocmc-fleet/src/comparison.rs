@@ -359,10 +359,12 @@ mod tests {
 
     /// A cycle of 10 km: 10 t, or an empty trip.
     fn trip(cycle_id: u64, litres: f64, loaded: bool) -> Record {
+        let payload_kg = if loaded { 10_000.0 } else { 0.0 };
         Record {
-            payload_kg: if loaded { 10_000.0 } else { 0.0 },
+            payload_kg,
+            mean_payload_kg: payload_kg,
             ..record(cycle_id, 10_000.0, litres)
-                .with(Carrier::LiquidFuel, [None, None, loaded.then_some(litres / 10.0)])
+                .with(Carrier::LiquidFuel, [None, Some(litres), loaded.then_some(litres / 10.0)])
         }
     }
 

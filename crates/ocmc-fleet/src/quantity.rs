@@ -304,9 +304,10 @@ pub fn shared_consumption(fleets: &[&[Record]]) -> &'static RecordQuantity {
     };
     let mut records = fleets.iter().copied().flatten();
     let cut_short = records.any(|record| record.outcome == Outcome::Depleted);
-    let charged = if cut_short { WHOLE_TRIP } else { CHARGED };
-    let columns = CONSUMPTIONS.map(|name| if name == CHARGED { charged } else { name });
-    let consumptions = || QUANTITIES.iter().filter(|q| columns.contains(&q.column));
+    let drawn = [ALL_STORES.name, CHARGED];
+    let columns =
+        CONSUMPTIONS.map(|name| if cut_short && drawn.contains(&name) { WHOLE_TRIP } else { name });
+    let consumptions = || columns.iter().filter_map(|name| quantity(name));
     let shared = consumptions().find(|q| fleets.iter().all(|fleet| has(q, fleet)));
     let first = || consumptions().find(|q| fleets.first().is_some_and(|fleet| has(q, fleet)));
     shared.or_else(first).unwrap_or(&QUANTITIES[0])

@@ -473,6 +473,7 @@ mod tests {
             mean_speed_mps: 20.0,
             n_stops: 2,
             payload_kg: 10_000.0,
+            mean_payload_kg: 10_000.0,
             wheel_kwh_per_km: 1.0,
             ..Record::default().with(
                 Carrier::LiquidFuel,
@@ -506,7 +507,7 @@ mod tests {
     #[test]
     fn empty_trips_burn_fuel_but_carry_nothing() {
         let mut empty = record(1, 10.0, 20.0);
-        empty.payload_kg = 0.0;
+        (empty.payload_kg, empty.mean_payload_kg) = (0.0, 0.0);
         empty.of_carrier_mut(Carrier::LiquidFuel)[2] = None;
         let summary = summary(&[record(0, 10.0, 30.0), empty]);
         let statistic = summary.statistic("consumption_l_per_100tkm").expect("reported");

@@ -404,6 +404,7 @@ fn electricity_emits_what_its_meters_count_times_the_factors_of_the_study() {
     let record = Record {
         distance_m: 50_000.0,
         payload_kg: 10_000.0,
+        mean_payload_kg: 10_000.0,
         ..Record::default().with(Carrier::Electricity, [Some(72.0 * 3.6e6), None, None])
     };
     let filled = |factors: &EmissionFactors, record: &Record| {
@@ -431,7 +432,7 @@ fn electricity_emits_what_its_meters_count_times_the_factors_of_the_study() {
     let found = filled(&alone, &metered).grid_co2_g_per_km.unwrap();
     assert_within("metered", found, 100.0 * 200.0 / 50.0, 1e-12);
     // an empty truck has no tonnes, a cycle that stalled was not driven, and no factor is no number
-    let empty = filled(&alone, &Record { payload_kg: 0.0, ..record.clone() });
+    let empty = filled(&alone, &Record { payload_kg: 0.0, mean_payload_kg: 0.0, ..record.clone() });
     assert!(empty.well_to_wheel_g_per_km.is_some() && empty.well_to_wheel_g_per_tkm.is_none());
     let stalled = Record { outcome: Outcome::Stalled, ..record.clone() };
     assert_eq!(filled(&alone, &stalled), stalled);
@@ -618,8 +619,9 @@ fn the_interval_of_the_difference_is_that_of_paired_ratios() {
 
 #[test]
 fn the_walk_over_all_keys_finds_a_unit_in_each() {
-    const UNITS: [&str; 10] = [
+    const UNITS: [&str; 11] = [
         "_per_l",
+        "_per_kg",
         "_per_kwh",
         "_per_h",
         "_per_km",
@@ -651,7 +653,8 @@ fn the_walk_over_all_keys_finds_a_unit_in_each() {
     walk(Key(&schema).at("cost").unwrap(), &UNITS, &WITHOUT, &mut seen);
     assert!(seen > 25, "{seen}");
     let without = ["charging_efficiency"];
-    walk(Key(&schema).at("emissions").unwrap(), &["_kg_per_l", "_kg_per_kwh"], &without, &mut seen);
+    let units = ["_kg_per_l", "_kg_per_kg", "_kg_per_kwh"];
+    walk(Key(&schema).at("emissions").unwrap(), &units, &without, &mut seen);
 }
 
 fn problems(table: Value) -> Vec<String> {

@@ -174,7 +174,7 @@ fn run(directory: &Path, format: RecordFormat, is_whole: bool) {
         fleet.add(&records);
         let mut summary = RunSummary::new(&manifest, fleet.finish(), 1.0, 1);
         // seeds of two runs have to fit each other
-        summary.ended_at = "2026-11-27T18:00:00Z".to_owned();
+        "2026-11-27T18:00:00Z".clone_into(&mut summary.ended_at);
         writer.finish(&summary).unwrap();
     }
 }

@@ -144,7 +144,7 @@ mod tests {
     fn a_map_that_gives_more_than_it_takes_is_refused() {
         let mut problems = Problems::default();
         model(&[0.0, 100e3], &[0.0, 90e3]).validate(&mut problems);
-        model(&[10.0, 100e3], &[0.0, 190e3]).validate(&mut problems);
+        model(&[10.0, 100e3], &[20.0, 190e3]).validate(&mut problems);
         assert_eq!(problems.into_found().len(), 2);
     }
 }

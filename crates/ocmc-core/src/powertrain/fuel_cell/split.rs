@@ -6,7 +6,7 @@
 //! and C what the battery takes at most. It is decided at the start of a step and held over it. With a
 //! steady demand the deviation of the charge decays with T and nothing overshoots, as F does not
 //! depend on the charge. The battery gives less near its lowest charge: above the cell's power a
-//! truck slows on a long climb, and goes on. [D], in place of VECTO's window over the whole finished
+//! truck slows on a long climb, and goes on. Derived, in place of VECTO's window over the whole finished
 //! trip, which no truck can know.
 
 use crate::lanes::{Lanes, clip};
