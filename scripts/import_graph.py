@@ -16,7 +16,16 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 # From the bottom up; a crate may depend on those before it.
-CRATES = ["ocmc-core", "ocmc-fleet", "ocmc-estimation", "ocmc-io", "ocmc-api", "ocmc-cli", "ocmc-py"]
+CRATES = [
+    "ocmc-core",
+    "ocmc-fleet",
+    "ocmc-estimation",
+    "ocmc-io",
+    "ocmc-vecto",
+    "ocmc-api",
+    "ocmc-cli",
+    "ocmc-py",
+]
 
 # Stages of the core from the bottom up; a room that is not listed has to be free of circles only.
 STAGES = [

@@ -519,6 +519,7 @@ EXECUTABLES = {
     "fleet-it": ("ocmc-fleet", "test"),
     "estimation": ("ocmc-estimation", "lib"),
     "estimation-it": ("ocmc-estimation", "test"),
+    "vecto": ("ocmc-vecto", "lib"),
     "it": ("ocmc", "test"),
 }
 

@@ -2,7 +2,6 @@
 
 use crate::progress::Progress;
 use ocmc_core::operating_cycle::given::GivenCycleError;
-use ocmc_core::prescribed::DriveCycleError;
 use ocmc_estimation::calibration::curve_speed::CalibrationError;
 use ocmc_estimation::fit::curve_speed::CurveSpeedFitError;
 use ocmc_estimation::fit::fleet::FleetFitError;
@@ -23,7 +22,7 @@ use ocmc_io::shell_word::resume_command;
 use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
 use ocmc_io::table::TableError;
-use ocmc_io::vecto::VectoError;
+use ocmc_vecto::comparison::ComparisonError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -141,72 +140,9 @@ pub enum Error {
         /// Its name.
         name: String,
     },
-    /// A file of VECTO that cannot be used.
+    /// A comparison with VECTO that is not made.
     #[error(transparent)]
-    Vecto(#[from] VectoError),
-    /// A speed of VECTO that is no drive cycle.
-    #[error("`{}`: {error}", path.display())]
-    VectoSpeed {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: DriveCycleError,
-    },
-    /// A plan of VECTO's driver that is no drive cycle.
-    #[error("VECTO's driver does not get along the mission: {0}")]
-    VectoPlan(DriveCycleError),
-    /// No result to compare with.
-    #[error(
-        "there is no result of VECTO to compare with: give time series or sums (`--result FILE.vmod`), or put time series beside the job, whose name theirs begin with"
-    )]
-    NoVectoResult,
-    /// A result whose mission is not among those given.
-    #[error(
-        "`{}` belongs to none of the missions by its name: the name of a mission's file is part of it",
-        result.display()
-    )]
-    VectoMission {
-        /// The result.
-        result: PathBuf,
-    },
-    /// A mission without a row in the sums.
-    #[error(
-        "no row of `{}` is of the mission `{}`, by the name of its file; it has `{rows}`",
-        sums.display(),
-        mission.display()
-    )]
-    VectoRow {
-        /// The mission.
-        mission: PathBuf,
-        /// The sums.
-        sums: PathBuf,
-        /// The missions that have one.
-        rows: String,
-    },
-    /// A result on an even road of a job without a mass.
-    #[error(
-        "`{}` does not show the truck's mass, and the job does not say it: it was saved in declaration mode, and the road is even",
-        result.display()
-    )]
-    VectoMass {
-        /// The result.
-        result: PathBuf,
-    },
-    /// A truck that is lighter than empty.
-    #[error(
-        "the truck of the result weighs {gross_mass_kg} kg, the empty one of the files {curb_kg} kg"
-    )]
-    TooLight {
-        /// Of the result, in kg.
-        gross_mass_kg: f64,
-        /// Of the files, in kg.
-        curb_kg: f64,
-    },
-    /// An electric vehicle beside a truck of VECTO.
-    #[error(
-        "VECTO's results are of combustion engines: give a vehicle with `engine` and `gearbox`"
-    )]
-    VectoWithoutEngine,
+    Vecto(ComparisonError),
     /// A measured table that no law of a study gives back.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
@@ -317,6 +253,15 @@ pub enum Error {
     /// The caller has ended it.
     #[error("interrupted: {} of {} {} finished", .0.done, .0.total, .0.what)]
     Interrupted(Progress),
+}
+
+impl From<ComparisonError> for Error {
+    fn from(error: ComparisonError) -> Self {
+        match error {
+            ComparisonError::Study(error) => Self::Study(error),
+            error => Self::Vecto(error),
+        }
+    }
 }
 
 impl Error {

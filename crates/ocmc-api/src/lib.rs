@@ -103,10 +103,7 @@ pub use validate::{
     FEWEST_TRIPS, MOST_TRIPS, RUN_IN_M, ValidateAnswer, ValidateRequest, ValidatedDrive,
     ValidatedRoad, check_empty, validate,
 };
-pub use vecto::{
-    Attribution, SpeedMatch, Terms, VectoAnswer, VectoComparison, VectoRequest, VectoRun,
-    VectoTruck, vecto,
-};
+pub use vecto::vecto;
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
@@ -121,3 +118,7 @@ pub use ocmc_io::charging_table::{chargings_batch, loads_batch};
 pub use ocmc_io::label::label;
 pub use ocmc_io::trucks::record_batch as truck_batch;
 pub use ocmc_io::{number_text, printable, shell_word};
+pub use ocmc_vecto::comparison::{
+    Attribution, ComparisonError, SpeedMatch, Terms, VectoAnswer, VectoComparison, VectoRequest,
+    VectoRun, VectoTruck,
+};

@@ -1,8 +1,10 @@
 //! Where measurements come from.
 
 use crate::error::Error;
-use ocmc_io::log::{LogFile, Need, read, vmod};
+use ocmc_io::log::{LogFile, Need, read};
 use ocmc_io::table;
+use ocmc_vecto::comparison::ComparisonError;
+use ocmc_vecto::file::vmod;
 use std::path::{Path, PathBuf};
 
 pub use ocmc_io::table::Mapping;
@@ -43,7 +45,9 @@ impl Source {
         warn: &mut dyn FnMut(&str),
     ) -> Result<LogFile, Error> {
         let file = match self {
-            Self::File(path) if vmod::is_one(path) => vmod::read(path)?,
+            Self::File(path) if vmod::is_one(path) => {
+                vmod::read(path).map_err(ComparisonError::from)?
+            }
             _ => read(self.lent(), mappings, needs)?,
         };
         file.warnings().iter().for_each(|warning| warn(warning));

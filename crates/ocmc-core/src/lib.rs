@@ -55,6 +55,12 @@ pub mod threads;
 pub mod validation;
 pub mod vehicle;
 
+#[cfg(test)]
+extern crate self as ocmc_core;
+/// An engine.
+#[cfg(test)]
+#[path = "../tests/it/common/engine_b.rs"]
+mod engine_b;
 /// The statistics of the integration tests.
 #[cfg(test)]
 #[path = "../tests/it/common/statistics.rs"]

@@ -4,7 +4,7 @@
 /// Loss torque as a sum of terms of which none gives energy, over the points of a map.
 ///
 /// `terms`: each term at each point; the answer has a factor for each, at least 0.
-pub(crate) fn fit<const N: usize>(terms: &[Vec<f64>; N], losses: &[f64]) -> [f64; N] {
+fn fit<const N: usize>(terms: &[Vec<f64>; N], losses: &[f64]) -> [f64; N] {
     let mut used: Vec<usize> = (0..N).filter(|k| terms[*k].iter().any(|x| *x != 0.0)).collect();
     loop {
         let factors = solve(&used, terms, losses);
@@ -58,7 +58,7 @@ fn solve<const N: usize>(used: &[usize], terms: &[Vec<f64>; N], losses: &[f64]) 
 }
 
 /// Constant in Nm, growth with speed in Nm s, and share of the torque: the law of a gear.
-pub(crate) fn of_gear([speed, torque, loss]: &[Vec<f64>; 3]) -> [f64; 3] {
+pub fn of_gear([speed, torque, loss]: &[Vec<f64>; 3]) -> [f64; 3] {
     let ones = vec![1.0; loss.len()];
     // one speed says nothing of growth
     let varies = speed.iter().any(|w| *w != speed[0]);
@@ -67,7 +67,7 @@ pub(crate) fn of_gear([speed, torque, loss]: &[Vec<f64>; 3]) -> [f64; 3] {
 }
 
 /// Constant in Nm, and growth with the square of speed in Nm s²: the law of a retarder.
-pub(crate) fn of_retarder([speed, loss]: &[Vec<f64>; 2]) -> [f64; 2] {
+pub fn of_retarder([speed, loss]: &[Vec<f64>; 2]) -> [f64; 2] {
     fit(&[vec![1.0; loss.len()], speed.iter().map(|w| w * w).collect()], loss)
 }
 

@@ -5,9 +5,9 @@ use super::{
     RunPlan, RunRequest, read_manifest, resume, run,
 };
 use crate::error::Error;
+use crate::study::{Files, Given, LoadedStudy, open};
 use crate::watch::Watch;
 use ocmc_io::given_drive::GivenDrive;
-use ocmc_io::study::{Files, Given, LoadedStudy, open};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -12,7 +12,6 @@
 
 mod drive_cycle;
 mod planned;
-pub mod vecto;
 
 pub use drive_cycle::{CycleStep, DriveCycle, DriveCycleError};
 pub use planned::planned_cycle;

@@ -7,7 +7,6 @@ pub mod identification;
 mod noise;
 pub mod pedals;
 pub mod roads;
-pub mod vmod;
 
 use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
@@ -46,6 +45,17 @@ pub struct LoggedTrip {
 }
 
 impl LoggedTrip {
+    /// Of columns in SI.
+    pub fn new<const N: usize>(
+        driver: &str,
+        drive: &str,
+        columns: [(Quantity, Vec<f64>); N],
+    ) -> Self {
+        let (driver, drive) = (driver.to_owned(), drive.to_owned());
+        let columns = columns.into_iter().map(|(quantity, values)| (quantity, values.into()));
+        Self { driver, drive, columns: columns.collect(), ..Self::default() }
+    }
+
     /// The words of a column.
     pub fn words(&self, word: Quantity) -> Option<&Words> {
         self.words.get(&word)
@@ -278,7 +288,7 @@ impl Words {
 }
 
 /// The name of a file without its extensions.
-fn stem(path: &Path) -> String {
+pub fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.trim_end_matches(".gz").trim_end_matches(".zst");
     name.trim_end_matches(".parquet").trim_end_matches(".csv").to_owned()

@@ -2,15 +2,14 @@
 //! of.
 //!
 //! A study inherits another by `study.base`, a vehicle by `vehicle.base`; both are a built-in name
-//! or a file beside the one that names it; a vehicle may be a job of VECTO, too. What is inherited
+//! or a file beside the one that names it; a vehicle may be another program's, too. What is inherited
 //! loses the paths in `study.drop`, then the study's own keys are laid over it.
 
 use super::builtin::{Kind, STUDY, Text, VEHICLE, read};
 use super::error::{Cause, Fault};
-use super::files::Files;
+use super::files::{Files, ForeignVehicle};
 use super::node::{Content, Node, path_of};
 use super::source::Place;
-use crate::vecto::{Job, VectoError};
 use ocmc_core::study::tree::Step;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -62,9 +61,10 @@ fn parse_base(
         let cause = Cause::BaseChain { key, name: name.to_owned(), limit: MOST_BASES };
         return Err(Fault::new(cause).at(base.any_place()));
     }
-    if kind.is_vehicle() && is_job(name) {
-        let path = files.path(key, name).map_err(|fault| fault.at(base.any_place()))?;
-        return Ok((job(&path, base)?, Some(path)));
+    if kind.is_vehicle()
+        && let Some((vehicle, path)) = files.foreign(name)
+    {
+        return Ok((foreign(vehicle, base)?, Some(path)));
     }
     let Text { source, file } =
         read(Path::new(name), key, kind, files).map_err(|fault| fault.at(base.any_place()))?;
@@ -73,17 +73,11 @@ fn parse_base(
     Ok((tree?, file))
 }
 
-/// Whether a file is a job of VECTO.
-fn is_job(name: &str) -> bool {
-    Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vecto"))
-}
-
-/// The truck of a job of VECTO; what a job does not say is that of a built-in vehicle.
-fn job(path: &Path, base: &Node) -> Result<Node, Box<Fault>> {
-    let fault = |error: VectoError| Fault::new(Cause::File(error.to_string())).at(base.any_place());
-    let job = Job::read(path).map_err(fault)?;
-    let keys = job.vehicle_keys().map_err(fault)?;
-    let beneath = read(Path::new(job.base_vehicle()), "vehicle.base", VEHICLE, &Files::Refused)?;
+/// A vehicle of another program; what its file does not say is that of a built-in vehicle.
+fn foreign(vehicle: Result<ForeignVehicle, String>, base: &Node) -> Result<Node, Box<Fault>> {
+    let fault = |error| Fault::new(Cause::File(error)).at(base.any_place());
+    let ForeignVehicle { keys, base } = vehicle.map_err(fault)?;
+    let beneath = read(Path::new(base), "vehicle.base", VEHICLE, &Files::Refused)?;
     let mut vehicle = Node::parse(&beneath.source)?;
     vehicle.overlay(Node::from_json(&keys)?)?;
     Ok(vehicle)

@@ -10,10 +10,32 @@ use std::path::{Path, PathBuf};
 /// exists.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Files {
-    /// In this folder.
-    In(PathBuf),
+    /// In this folder; vehicles of other programs by this reader.
+    In(PathBuf, VehicleReader),
     /// Nowhere: studies and vehicles are built in or written inline.
     Refused,
+}
+
+/// Reads the vehicle of another program; none where the path is of no file of it.
+#[derive(Clone, Copy, Debug)]
+pub struct VehicleReader(pub fn(&Path) -> Option<Result<ForeignVehicle, String>>);
+
+/// The files of a study are the same, whoever reads them.
+impl PartialEq for VehicleReader {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for VehicleReader {}
+
+/// A vehicle of another program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForeignVehicle {
+    /// What its file says, as keys of a vehicle.
+    pub keys: serde_json::Value,
+    /// The built-in vehicle that has the rest.
+    pub base: &'static str,
 }
 
 impl Default for Files {
@@ -25,14 +47,30 @@ impl Default for Files {
 impl Files {
     /// Those in the folder that the program runs in.
     pub fn here() -> Self {
-        Self::In(PathBuf::new())
+        Self::In(PathBuf::new(), VehicleReader(|_| None))
+    }
+
+    /// The same, with a reader of vehicles of other programs.
+    #[must_use]
+    pub fn reading(&self, vehicles: VehicleReader) -> Self {
+        match self {
+            Self::In(folder, _) => Self::In(folder.clone(), vehicles),
+            Self::Refused => Self::Refused,
+        }
+    }
+
+    /// The vehicle of another program, and the path, where a name is of a file of one.
+    pub(super) fn foreign(&self, name: &str) -> Option<(Result<ForeignVehicle, String>, PathBuf)> {
+        let Self::In(folder, VehicleReader(read)) = self else { return None };
+        let path = folder.join(name);
+        Some((read(&path)?, path))
     }
 
     /// Those beside a file; a study that is built in has its own folder nowhere else.
     pub(super) fn beside(&self, file: Option<&Path>) -> Self {
         match (self, file.and_then(Path::parent)) {
-            (Self::In(_), Some(folder)) => Self::In(folder.to_owned()),
-            (Self::In(_), None) => Self::here(),
+            (Self::In(_, vehicles), Some(folder)) => Self::In(folder.to_owned(), *vehicles),
+            (Self::In(_, vehicles), None) => Self::here().reading(*vehicles),
             (Self::Refused, _) => Self::Refused,
         }
     }
@@ -40,7 +78,7 @@ impl Files {
     /// The path of a file that a key names.
     pub(super) fn path(&self, key: &str, name: impl AsRef<Path>) -> Result<PathBuf, Box<Fault>> {
         match self {
-            Self::In(folder) => Ok(folder.join(name)),
+            Self::In(folder, _) => Ok(folder.join(name)),
             Self::Refused => Err(Fault::new(Cause::FileRefused(key.to_owned()))),
         }
     }

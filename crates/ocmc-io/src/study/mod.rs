@@ -43,7 +43,7 @@ use builtin::{STANDARD_INPUT, STUDY, Text, read, standard_input};
 pub use commented::{commented, init_text_of};
 pub(crate) use commented::{in_words, settings_from};
 pub use error::{Cause, Fault, StudyFileError, nearest};
-pub use files::Files;
+pub use files::{Files, ForeignVehicle, VehicleReader};
 pub use fitted::{Estimate, FittedPart, fitted_study};
 pub use init::init_text;
 pub use schema::schema;

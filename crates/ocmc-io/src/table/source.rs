@@ -99,7 +99,7 @@ fn in_memory(text: &str) -> Box<dyn Read> {
 }
 
 /// A file as text; what is not UTF-8 is read as Latin-1.
-pub(crate) fn read_text(path: &Path) -> Result<String, TableError> {
+pub fn read_text(path: &Path) -> Result<String, TableError> {
     text_of(path, BufReader::new(input_file::open(path).map_err(TableError::read(path))?))
 }
 

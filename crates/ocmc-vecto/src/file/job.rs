@@ -5,10 +5,23 @@ use super::error::VectoError;
 use super::gearbox::GearboxFile;
 use super::part::{beside, read};
 use super::vehicle::{EngineFile, VehicleFile};
-use ocmc_core::prescribed::vecto::VectoDriver;
+use crate::driver::VectoDriver;
+use ocmc_io::study::{ForeignVehicle, VehicleReader};
 use serde::Deserialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+
+/// Reads the trucks of jobs as vehicles of studies.
+pub const VEHICLES: VehicleReader = VehicleReader(|path| {
+    let is_job = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vecto"));
+    is_job.then(|| truck(path).map_err(|error| error.to_string()))
+});
+
+/// The truck of a job; what a job does not say is that of a built-in vehicle.
+fn truck(path: &Path) -> Result<ForeignVehicle, VectoError> {
+    let job = Job::read(path)?;
+    Ok(ForeignVehicle { keys: job.vehicle_keys()?, base: job.base_vehicle() })
+}
 
 /// A `.vecto` file with the files that it names.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use super::error::VectoError;
 use super::result::Columns;
-use ocmc_core::prescribed::vecto::{Mission, MissionRow};
+use crate::driver::{Mission, MissionRow};
 use std::path::Path;
 
 /// A `.vdri` file over distance.

@@ -1,8 +1,8 @@
 //! Which result of VECTO belongs to which mission, and what it says of load and auxiliaries.
 
-use crate::error::Error;
+use super::error::ComparisonError;
+use crate::file::{Job, Series, Sum, read_series, read_sums};
 use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
-use ocmc_io::vecto::{Job, Series, Sum, read_series, read_sums};
 use std::path::{Path, PathBuf};
 
 /// Slope work below which a series says nothing of the mass, in m²/s² times s.
@@ -30,7 +30,7 @@ pub(super) fn cases(
     missions: &[PathBuf],
     results: &[PathBuf],
     job: Option<&Job>,
-) -> std::result::Result<Vec<Case>, Error> {
+) -> std::result::Result<Vec<Case>, ComparisonError> {
     let (mut cases, mut sums, mut rows) = (Vec::new(), None, Vec::new());
     let found = if results.is_empty() { beside(job) } else { results.to_vec() };
     for path in &found {
@@ -60,7 +60,7 @@ pub(super) fn cases(
             if results.is_empty() {
                 continue;
             }
-            return Err(Error::VectoMission { result: path.clone() });
+            return Err(ComparisonError::Mission { result: path.clone() });
         }
         let series = read_series(path)?;
         let gross_mass_kg = job.and_then(Job::gross_mass_kg).or_else(|| mass_kg(&series));
@@ -68,19 +68,19 @@ pub(super) fn cases(
             mission: file_stem(path),
             mission_file: mission_file.cloned(),
             gross_mass_kg: gross_mass_kg
-                .ok_or_else(|| Error::VectoMass { result: path.clone() })?,
+                .ok_or_else(|| ComparisonError::Mass { result: path.clone() })?,
             auxiliary_w: auxiliary_w(&series),
             result: Result::Series(path.clone(), series),
         });
     }
     if cases.is_empty() {
         let (Some(sums), Some(mission)) = (sums, missions.first()) else {
-            return Err(Error::NoVectoResult);
+            return Err(ComparisonError::NoResult);
         };
         rows.sort();
         rows.dedup();
         let (mission, sums, rows) = (mission.clone(), sums.clone(), rows.join("`, `"));
-        return Err(Error::VectoRow { mission, sums, rows });
+        return Err(ComparisonError::Row { mission, sums, rows });
     }
     Ok(cases)
 }

@@ -1,6 +1,6 @@
 //! Why a file of VECTO cannot be used.
 
-use crate::table::TableError;
+use ocmc_io::table::TableError;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -47,7 +47,7 @@ pub enum VectoError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        error: ocmc_core::prescribed::vecto::VectoError,
+        error: crate::driver::VectoError,
     },
     /// A result without a column.
     #[error("`{}` has no column `{column}`; it has {found}", .path.display())]

@@ -1,14 +1,14 @@
 //! The truck that is compared: of a job or built in, with its load, in VECTO's air.
 
 use super::VectoRequest;
+use super::error::ComparisonError;
 use super::terms::Terms;
-use crate::error::Error;
-use crate::study::{LoadedStudy, load_json};
+use crate::file::{Job, Second, Series, VEHICLES};
 use ocmc_core::powertrain::combustion::CombustionPowertrain;
 use ocmc_core::powertrain::{Powertrain, ShiftConvention, TruckInputs};
 use ocmc_core::prescribed::{Body, CycleStep, DriveCycle, follow};
 use ocmc_core::study::Scenario;
-use ocmc_io::vecto::{Job, Second, Series};
+use ocmc_io::study::{Files, Given, LoadedStudy, StudyFileError, open};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -38,7 +38,7 @@ impl VectoTruck {
         if is_job { Self::Job(path) } else { Self::Vehicle(name.to_owned()) }
     }
 
-    pub(super) fn job(&self) -> Result<Option<Job>, Error> {
+    pub(super) fn job(&self) -> Result<Option<Job>, ComparisonError> {
         match self {
             Self::Job(path) => Ok(Some(Job::read(path)?)),
             Self::Vehicle(_) => Ok(None),
@@ -71,7 +71,7 @@ impl ComparedTruck {
         request: &VectoRequest,
         gross_mass_kg: f64,
         auxiliary_w: f64,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, ComparisonError> {
         let study = json!({
             "study": {
                 "name": "vecto", "base": "field-truck",
@@ -87,7 +87,7 @@ impl ComparedTruck {
         let curb_kg = load_json(&study, &sets)?.model.vehicle.curb_mass_kg;
         let payload_kg = gross_mass_kg - curb_kg;
         if payload_kg < -0.5 {
-            return Err(Error::TooLight { gross_mass_kg, curb_kg });
+            return Err(ComparisonError::TooLight { gross_mass_kg, curb_kg });
         }
         sets.push(format!("mission.payload_kg={}", payload_kg.max(0.0)));
         let loaded = load_json(&study, &sets)?;
@@ -115,13 +115,13 @@ impl ComparedTruck {
     }
 
     /// Its powertrain.
-    pub(super) fn combustion(&self) -> Result<&CombustionPowertrain, Error> {
+    pub(super) fn combustion(&self) -> Result<&CombustionPowertrain, ComparisonError> {
         let powertrain = &self.loaded.study.vehicle().powertrain;
-        powertrain.combustion().ok_or(Error::VectoWithoutEngine)
+        powertrain.combustion().ok_or(ComparisonError::WithoutEngine)
     }
 
     /// Fuel of our map at the speeds and torques of the engine of a series, in kg.
-    pub(super) fn fuel_kg(&self, series: &Series) -> Result<f64, Error> {
+    pub(super) fn fuel_kg(&self, series: &Series) -> Result<f64, ComparisonError> {
         let engine = &self.combustion()?.engine;
         let burnt = |second: &Second| {
             engine.fuel_kgps(second.engine_radps, second.engine_w / second.engine_radps)
@@ -134,7 +134,7 @@ impl ComparedTruck {
         &self,
         cycle: &DriveCycle,
         convention: ShiftConvention,
-    ) -> Result<Terms, Error> {
+    ) -> Result<Terms, ComparisonError> {
         let combustion = self.combustion()?;
         let inputs = TruckInputs {
             auxiliary_power_w: self.auxiliary_w,
@@ -152,7 +152,10 @@ impl ComparedTruck {
     }
 
     /// The same truck in a study of VECTO's air, without wind, traffic and roughness.
-    pub(super) fn in_vectos_air(&self, request: &VectoRequest) -> Result<LoadedStudy, Error> {
+    pub(super) fn in_vectos_air(
+        &self,
+        request: &VectoRequest,
+    ) -> Result<LoadedStudy, ComparisonError> {
         let model = &self.loaded.model.vehicle;
         let (drag_area_m2, by_speed) =
             model.cross_wind.mean_over_directions(self.scenario.vehicle.drag_area_m2, WIND_MPS);
@@ -191,4 +194,8 @@ impl ComparedTruck {
         });
         Ok(load_json(&study, &request.sets)?)
     }
+}
+
+fn load_json(study: &serde_json::Value, sets: &[String]) -> Result<LoadedStudy, StudyFileError> {
+    open(&Given::Dictionary(study), &Files::here().reading(VEHICLES), sets)
 }

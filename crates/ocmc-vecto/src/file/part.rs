@@ -1,7 +1,7 @@
 //! A part of a job: a JSON file, and the files that it names.
 
 use super::error::VectoError;
-use crate::table::source::read_text;
+use ocmc_io::table::source::read_text;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};

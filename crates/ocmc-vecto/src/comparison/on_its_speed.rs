@@ -1,9 +1,9 @@
 //! VECTO's speed as a drive cycle.
 
-use crate::error::Error;
+use super::error::ComparisonError;
+use crate::file::Series;
 use ocmc_core::powertrain::GearOrder;
 use ocmc_core::prescribed::DriveCycle;
-use ocmc_io::vecto::Series;
 use std::path::Path;
 
 /// Rounding of a series' speeds, in m/s: below it a truck stands.
@@ -11,7 +11,7 @@ const ROUNDING_MPS: f64 = 1e-4;
 
 /// The speed of a time series, second by second, with the slopes and gears of its rows. The speeds
 /// of rows are means; those between rows follow from the accelerations.
-pub(super) fn drive_cycle(path: &Path, series: &Series) -> Result<DriveCycle, Error> {
+pub(super) fn drive_cycle(path: &Path, series: &Series) -> Result<DriveCycle, ComparisonError> {
     let first = series.seconds[0];
     let mut node_mps = first.speed_mps - 0.5 * first.acceleration_mps2;
     let plain = |speed_mps: f64| if speed_mps < ROUNDING_MPS { 0.0 } else { speed_mps };
@@ -28,6 +28,6 @@ pub(super) fn drive_cycle(path: &Path, series: &Series) -> Result<DriveCycle, Er
         });
     }
     let cycle = DriveCycle::new(time, speed, slope)
-        .map_err(|error| Error::VectoSpeed { path: path.to_owned(), error })?;
+        .map_err(|error| ComparisonError::Speed { path: path.to_owned(), error })?;
     Ok(cycle.with_gears(gears))
 }

@@ -1,7 +1,7 @@
 //! Shift polygons: the engine speeds of downshift and upshift by torque.
 
 use super::truck::RPM;
-use crate::powertrain::combustion::CombustionPowertrain;
+use ocmc_core::powertrain::combustion::CombustionPowertrain;
 
 /// Share of the greatest power that marks the lowest useful speed.
 const LOW_POWER_SHARE: f64 = 0.55;

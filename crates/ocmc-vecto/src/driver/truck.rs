@@ -1,8 +1,8 @@
 //! The truck as the planner asks it: what a second of driving takes of the engine.
 
-use crate::powertrain::combustion::CombustionPowertrain;
-use crate::powertrain::component::gearbox::GearboxModel;
-use crate::prescribed::Body;
+use ocmc_core::powertrain::combustion::CombustionPowertrain;
+use ocmc_core::powertrain::component::gearbox::GearboxModel;
+use ocmc_core::prescribed::Body;
 
 /// Revolutions per minute in rad/s.
 pub(super) const RPM: f64 = std::f64::consts::PI / 30.0;

@@ -4,7 +4,7 @@ use super::error::VectoError;
 use super::job::JobBody;
 use super::part::{beside, names_file};
 use super::result::Columns;
-use ocmc_core::prescribed::vecto::{AccelerationTable, LookAhead, Overspeed, VectoDriver};
+use crate::driver::{AccelerationTable, LookAhead, Overspeed, VectoDriver};
 use serde::Deserialize;
 use std::path::Path;
 

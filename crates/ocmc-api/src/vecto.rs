@@ -1,15 +1,25 @@
-//! The comparisons as tables.
+//! VECTO's results beside what is computed here, as tables.
 
-use super::terms::TABLE;
-use super::{Attribution, VectoAnswer, VectoComparison};
 use crate::answer::Answer;
+use crate::error::Error;
 use crate::text::{fact, row};
+use ocmc_vecto::comparison::{
+    self, Attribution, TABLE, VectoAnswer, VectoComparison, VectoRequest,
+};
 
 /// Width of a column of values, and of one of differences.
 const WIDTH: usize = 24;
 
 /// Least value, in the unit of its row, of which a difference is shown as a share.
 const LEAST: f64 = 0.2;
+
+/// Compares.
+///
+/// # Errors
+/// [`Error`] names a file that cannot be used, and what is allowed.
+pub fn vecto(request: &VectoRequest) -> Result<VectoAnswer, Error> {
+    Ok(comparison::vecto(request)?)
+}
 
 impl Answer for VectoAnswer {
     fn text(&self) -> String {

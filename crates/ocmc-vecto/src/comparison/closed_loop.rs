@@ -1,15 +1,15 @@
 //! The mission driven here: by VECTO's driver, and by ours.
 
 use super::VectoRequest;
+use super::error::ComparisonError;
 use super::terms::Terms;
 use super::truck::ComparedTruck;
-use crate::error::Error;
+use crate::driver::{LookAhead, VectoDriver, plan};
+use crate::file::MissionFile;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::powertrain::ShiftConvention;
 use ocmc_core::prescribed::DriveCycle;
-use ocmc_core::prescribed::vecto::{LookAhead, VectoDriver, plan};
 use ocmc_core::record::Outcome;
-use ocmc_io::vecto::MissionFile;
 use serde::Serialize;
 use std::path::Path;
 
@@ -35,10 +35,10 @@ pub(super) fn by_vectos_driver(
     mission: &MissionFile,
     auxiliary_w: f64,
     driver: &VectoDriver,
-) -> Result<(Terms, DriveCycle), Error> {
+) -> Result<(Terms, DriveCycle), ComparisonError> {
     let constant_w = (auxiliary_w - mission.added_power_w).max(0.0);
     let planned = plan(&mission.mission, &truck.body, truck.combustion()?, constant_w, driver);
-    let cycle = planned.drive_cycle().map_err(Error::VectoPlan)?;
+    let cycle = planned.drive_cycle().map_err(ComparisonError::Plan)?;
     // an engine of VECTO 3 drags and turns down in a gap
     let convention = match driver.look_ahead {
         Some(LookAhead::DecisionFactor { .. }) => ShiftConvention::Lost,
@@ -55,7 +55,7 @@ pub(super) fn by_our_driver(
     compared: &ComparedTruck,
     file: &Path,
     mission: &MissionFile,
-) -> Result<Option<Terms>, Error> {
+) -> Result<Option<Terms>, ComparisonError> {
     if !mission.begins_at_rest {
         return Ok(None);
     }

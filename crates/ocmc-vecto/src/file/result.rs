@@ -1,7 +1,7 @@
 //! What VECTO found: time series by the second, and sums.
 
 use super::error::VectoError;
-use crate::table::source::read_text;
+use ocmc_io::table::source::read_text;
 use std::path::{Path, PathBuf};
 
 /// A table of VECTO by the names of its columns, without their units and brackets.

@@ -3,10 +3,10 @@
 //! A row of it is the mean over a second, with the distance at its end. The speed at that end is
 //! the mean of the two seconds that meet there. Limits are not in it: those of its mission are.
 
-use super::{LogFile, LoggedTrip, stem};
-use crate::table::Quantity;
-use crate::table::source::ending;
-use crate::vecto::{Second, VectoError, read_series};
+use super::{Second, VectoError, read_series};
+use ocmc_io::log::{LogFile, LoggedTrip, stem};
+use ocmc_io::table::Quantity;
+use ocmc_io::table::source::ending;
 use std::path::Path;
 
 /// Whether a file is one, by its name.
@@ -32,12 +32,7 @@ pub fn read(path: &Path) -> Result<LogFile, VectoError> {
         (Quantity::FuelRate, column(&|_, second| second.fuel_kgps)),
     ];
     let name = stem(path);
-    let drive = LoggedTrip {
-        driver: name.clone(),
-        drive: name.trim_end_matches(".vmod").to_owned(),
-        columns: columns.into_iter().map(|(quantity, values)| (quantity, values.into())).collect(),
-        ..LoggedTrip::default()
-    };
+    let drive = LoggedTrip::new(&name, name.trim_end_matches(".vmod"), columns);
     Ok(LogFile {
         path: path.to_owned(),
         rows: seconds.len(),

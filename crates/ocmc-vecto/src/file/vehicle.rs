@@ -2,8 +2,8 @@
 
 use super::error::VectoError;
 use super::part::{beside, names_file};
-use crate::table::formats::ENGINE_CURVES;
-use crate::table::{Quantity, Source, Table};
+use ocmc_io::table::formats::ENGINE_CURVES;
+use ocmc_io::table::{Quantity, Source, Table};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

@@ -1,10 +1,10 @@
 //! What is compared: times, shifts, fuel, and energies by term.
 
+use crate::file::{Series, Sum};
 use ocmc_core::energy::Carrier;
 use ocmc_core::energy::ledger::Term;
 use ocmc_core::prescribed::FollowedCycle;
 use ocmc_core::record::Record;
-use ocmc_io::vecto::{Series, Sum};
 use serde::Serialize;
 
 /// One second of a time series.
@@ -42,10 +42,10 @@ pub struct Terms {
 }
 
 /// A term of the table: its name, its value for a person, and its unit.
-pub(super) type TermOf = (&'static str, &'static str, fn(&Terms) -> Option<f64>);
+pub type TermOf = (&'static str, &'static str, fn(&Terms) -> Option<f64>);
 
 /// The terms of the table.
-pub(super) const TABLE: [TermOf; 13] = [
+pub const TABLE: [TermOf; 13] = [
     ("time", "s", |t| Some(t.duration_s)),
     ("distance", "km", |t| Some(t.distance_m / 1000.0)),
     ("shifts per km", "", |t| Some(f64::from(t.shifts?) / (t.distance_m / 1000.0))),
@@ -89,7 +89,7 @@ impl Terms {
 
     /// Of a time series of VECTO.
     pub(super) fn series(series: &Series) -> Self {
-        let of = |value: fn(&ocmc_io::vecto::Second) -> f64| {
+        let of = |value: fn(&crate::file::Second) -> f64| {
             series.seconds.iter().map(value).map(|x| x * SECOND_S).sum::<f64>()
         };
         let mut engaged = series.seconds.iter().map(|second| second.gear).filter(|gear| *gear > 0);

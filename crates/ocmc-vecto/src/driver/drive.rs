@@ -8,7 +8,7 @@ use super::gears::{GearChoice, GearMemory};
 use super::mission::{Mission, Nodes};
 use super::truck::{Motion, Truck};
 use super::{Plan, PlannedSecond, VectoDriver, sine};
-use crate::powertrain::GearOrder;
+use ocmc_core::powertrain::GearOrder;
 
 /// What a speed is multiplied by until the engine has the power; in single precision, whose
 /// rounding shows after hundreds of steps.

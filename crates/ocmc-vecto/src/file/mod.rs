@@ -12,9 +12,10 @@ mod mission;
 mod part;
 mod result;
 mod vehicle;
+pub mod vmod;
 
 pub use driver::declared_driver;
 pub use error::VectoError;
-pub use job::Job;
+pub use job::{Job, VEHICLES};
 pub use mission::MissionFile;
 pub use result::{Second, Series, Sum, read_series, read_sums};

@@ -1,21 +1,21 @@
 //! VECTO's files and results beside what is computed here: on VECTO's own speed, and by drivers.
 
 mod closed_loop;
+mod error;
 mod matching;
 mod on_its_speed;
 mod terms;
-mod text;
 mod truck;
 
 pub use closed_loop::SpeedMatch;
-pub use terms::Terms;
+pub use error::ComparisonError;
+pub use terms::{TABLE, TermOf, Terms};
 pub use truck::VectoTruck;
 
-use crate::error::Error;
+use crate::driver::VectoDriver;
+use crate::file::{MissionFile, declared_driver};
 use matching::{Case, Result as FoundResult};
 use ocmc_core::powertrain::ShiftConvention;
-use ocmc_core::prescribed::vecto::VectoDriver;
-use ocmc_io::vecto::{MissionFile, declared_driver};
 use serde::Serialize;
 use std::path::PathBuf;
 use truck::ComparedTruck;
@@ -126,8 +126,8 @@ impl VectoRun {
 /// Compares.
 ///
 /// # Errors
-/// [`Error`] names a file that cannot be used, and what is allowed.
-pub fn vecto(request: &VectoRequest) -> Result<VectoAnswer, Error> {
+/// [`ComparisonError`] names a file that cannot be used, and what is allowed.
+pub fn vecto(request: &VectoRequest) -> Result<VectoAnswer, ComparisonError> {
     let job = request.truck.job()?;
     let cases = matching::cases(&request.missions, &request.results, job.as_ref())?;
     let driver = job.as_ref().map_or_else(declared_driver, |job| job.driver().clone());
@@ -139,7 +139,7 @@ fn compare(
     request: &VectoRequest,
     case: &Case,
     driver: &VectoDriver,
-) -> Result<VectoComparison, Error> {
+) -> Result<VectoComparison, ComparisonError> {
     let truck = ComparedTruck::new(request, case.gross_mass_kg, case.auxiliary_w)?;
     let (mut runs, mut attribution, mut its_speed) = (Vec::new(), None, None);
     let vecto = match &case.result {

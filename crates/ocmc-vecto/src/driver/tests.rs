@@ -1,12 +1,12 @@
 //! The planner on missions that are made up.
 
 use super::*;
-use crate::energy::ledger::Term;
-use crate::powertrain::component::engine::tests::engine_b;
-use crate::powertrain::component::gearbox::GearboxModel;
-use crate::powertrain::{Powertrain, ShiftConvention, TruckInputs};
-use crate::prescribed::follow;
-use crate::vehicle::resistance::DragBySpeed;
+use crate::engine_b::engine_b;
+use ocmc_core::energy::ledger::Term;
+use ocmc_core::powertrain::component::gearbox::GearboxModel;
+use ocmc_core::powertrain::{Powertrain, ShiftConvention, TruckInputs};
+use ocmc_core::prescribed::follow;
+use ocmc_core::vehicle::resistance::DragBySpeed;
 
 const RADIUS_M: f64 = 0.492;
 const KMPH: f64 = 1.0 / 3.6;

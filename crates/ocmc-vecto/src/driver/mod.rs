@@ -27,9 +27,9 @@ mod truck;
 pub use mission::{Mission, MissionRow};
 pub use polygon::{ShiftLine, ShiftPolygon};
 
-use crate::powertrain::GearOrder;
-use crate::powertrain::combustion::CombustionPowertrain;
-use crate::prescribed::{Body, DriveCycle, DriveCycleError};
+use ocmc_core::powertrain::GearOrder;
+use ocmc_core::powertrain::combustion::CombustionPowertrain;
+use ocmc_core::prescribed::{Body, DriveCycle, DriveCycleError};
 use thiserror::Error;
 
 /// What is wrong with a mission.
