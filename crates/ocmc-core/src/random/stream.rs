@@ -113,87 +113,65 @@ pub enum Factor {
     Vehicle,
 }
 
+/// The streams in the order of their numbers, each with its factor.
+const FACTORS: [(Stream, Option<Factor>); 40] = [
+    (Stream::RoadType, Some(Factor::Road)),
+    (Stream::SpeedSign, Some(Factor::Road)),
+    (Stream::Curve, Some(Factor::Road)),
+    (Stream::Topography, Some(Factor::Road)),
+    (Stream::StopSign, Some(Factor::Road)),
+    (Stream::GiveWay, Some(Factor::Road)),
+    (Stream::TrafficLight, Some(Factor::Road)),
+    (Stream::SpeedBump, Some(Factor::Road)),
+    (Stream::JunctionTurn, Some(Factor::Road)),
+    (Stream::Roughness, Some(Factor::Road)),
+    (Stream::Ground, Some(Factor::Road)),
+    (Stream::Heading, Some(Factor::Road)),
+    (Stream::Temperature, Some(Factor::Weather)),
+    (Stream::Pressure, Some(Factor::Weather)),
+    (Stream::Humidity, Some(Factor::Weather)),
+    (Stream::Precipitation, Some(Factor::Weather)),
+    (Stream::Wind, Some(Factor::Weather)),
+    (Stream::Traffic, Some(Factor::Traffic)),
+    (Stream::MissionLength, Some(Factor::Mission)),
+    (Stream::Payload, Some(Factor::Mission)),
+    (Stream::Departure, Some(Factor::Mission)),
+    (Stream::MissionStop, Some(Factor::Mission)),
+    (Stream::CurveSpeed, Some(Factor::Driver)),
+    (Stream::CurveResidual, Some(Factor::Driver)),
+    (Stream::SpeedChange, Some(Factor::Driver)),
+    (Stream::Compliance, Some(Factor::Driver)),
+    (Stream::Pedals, Some(Factor::Driver)),
+    (Stream::BumpComfort, Some(Factor::Driver)),
+    (Stream::Vehicle, Some(Factor::Vehicle)),
+    (Stream::CurveSpeedParameters, Some(Factor::Driver)),
+    (Stream::Route, Some(Factor::Road)),
+    (Stream::Bootstrap, None),
+    (Stream::Electric, Some(Factor::Vehicle)),
+    (Stream::RailwayCrossing, Some(Factor::Road)),
+    (Stream::SignOffset, Some(Factor::Driver)),
+    (Stream::TruckEffect, None),
+    (Stream::DriverAssignment, None),
+    (Stream::Price, None),
+    (Stream::Charger, Some(Factor::Road)),
+    (Stream::MissionPart, Some(Factor::Mission)),
+];
+
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 40] = [
-        Self::RoadType,
-        Self::SpeedSign,
-        Self::Curve,
-        Self::Topography,
-        Self::StopSign,
-        Self::GiveWay,
-        Self::TrafficLight,
-        Self::SpeedBump,
-        Self::JunctionTurn,
-        Self::Roughness,
-        Self::Ground,
-        Self::Heading,
-        Self::Temperature,
-        Self::Pressure,
-        Self::Humidity,
-        Self::Precipitation,
-        Self::Wind,
-        Self::Traffic,
-        Self::MissionLength,
-        Self::Payload,
-        Self::Departure,
-        Self::MissionStop,
-        Self::CurveSpeed,
-        Self::CurveResidual,
-        Self::SpeedChange,
-        Self::Compliance,
-        Self::Pedals,
-        Self::BumpComfort,
-        Self::Vehicle,
-        Self::CurveSpeedParameters,
-        Self::Route,
-        Self::Bootstrap,
-        Self::Electric,
-        Self::RailwayCrossing,
-        Self::SignOffset,
-        Self::TruckEffect,
-        Self::DriverAssignment,
-        Self::Price,
-        Self::Charger,
-        Self::MissionPart,
-    ];
+    pub const ALL: [Self; FACTORS.len()] = {
+        let mut all = [Self::RoadType; FACTORS.len()];
+        let mut k = 0;
+        while k < all.len() {
+            all[k] = FACTORS[k].0;
+            assert!(all[k] as usize == k, "the order of the streams");
+            k += 1;
+        }
+        all
+    };
 
     /// The factor that this stream belongs to; none for what is no part of a cycle.
     pub fn factor(self) -> Option<Factor> {
-        use Stream as S;
-        Some(match self {
-            S::RoadType
-            | S::SpeedSign
-            | S::Curve
-            | S::Topography
-            | S::StopSign
-            | S::GiveWay
-            | S::TrafficLight
-            | S::SpeedBump
-            | S::RailwayCrossing
-            | S::JunctionTurn
-            | S::Roughness
-            | S::Ground
-            | S::Heading
-            | S::Route
-            | S::Charger => Factor::Road,
-            S::Temperature | S::Pressure | S::Humidity | S::Precipitation | S::Wind => {
-                Factor::Weather
-            }
-            S::Traffic => Factor::Traffic,
-            S::MissionLength | S::Payload | S::Departure | S::MissionStop | S::MissionPart => {
-                Factor::Mission
-            }
-            S::CurveSpeed
-            | S::CurveResidual
-            | S::SpeedChange
-            | S::Compliance
-            | S::Pedals
-            | S::BumpComfort
-            | S::SignOffset
-            | S::CurveSpeedParameters => Factor::Driver,
-            S::Vehicle | S::Electric => Factor::Vehicle,
-            S::Bootstrap | S::TruckEffect | S::DriverAssignment | S::Price => return None,
-        })
+        FACTORS[self as usize].1
     }
 }
