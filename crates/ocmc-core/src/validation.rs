@@ -31,6 +31,13 @@ impl Problems {
         self.part.truncate(above);
     }
 
+    /// Looks at a part that may be absent.
+    pub fn part_if<T>(&mut self, key: &str, part: Option<&T>, rules: impl FnOnce(&T, &mut Self)) {
+        if let Some(part) = part {
+            self.part(key, |problems| rules(part, problems));
+        }
+    }
+
     /// Notes a key whose rule does not hold.
     pub fn require(&mut self, holds: bool, key: &str, value: impl fmt::Display, allowed: &str) {
         if !holds {

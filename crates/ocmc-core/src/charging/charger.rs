@@ -101,9 +101,7 @@ impl PublicChargerModel {
         }
         let one_wait = self.wait_s.is_none() || self.queue.is_none();
         problems.require(one_wait, "queue", "given beside `wait_s`", "one of the two");
-        if let Some(queue) = &self.queue {
-            problems.part("queue", |problems| queue.validate(problems));
-        }
+        problems.part_if("queue", self.queue.as_ref(), QueueModel::validate);
     }
 
     /// A given site beyond the end of a road, in m.

@@ -81,9 +81,7 @@ pub struct StopChargerModel {
 impl ChargingPolicy {
     /// Rules between its keys.
     pub fn validate(&self, problems: &mut Problems) {
-        if let Some(curve) = &self.curve {
-            problems.part("curve", |problems| curve.validate(problems));
-        }
+        problems.part_if("curve", self.curve.as_ref(), ChargeCurve::validate);
         let reserve = self.reserve;
         let ends = |end_at: f64, problems: &mut Problems| {
             let allowed = format!("above `charging.reserve`, which is {reserve}");
@@ -93,14 +91,10 @@ impl ChargingPolicy {
         let is_known = self.public.is_none() || self.forecast.is_some();
         let allowed = "a table beside `charging.public`, as in `electric-long-haul`";
         problems.require(is_known, "forecast", found, allowed);
-        if let Some(public) = &self.public {
-            problems.part("public", |problems| {
-                ends(public.end_at, problems);
-                public.validate(problems);
-            });
-        }
-        if let Some(stop) = &self.stop {
-            problems.part("stop", |problems| ends(stop.end_at, problems));
-        }
+        problems.part_if("public", self.public.as_ref(), |public, problems| {
+            ends(public.end_at, problems);
+            public.validate(problems);
+        });
+        problems.part_if("stop", self.stop.as_ref(), |stop, problems| ends(stop.end_at, problems));
     }
 }

@@ -196,51 +196,22 @@ impl Costing {
 
     fn add_charges(&mut self, cost: &CostModel, sizes: Sizes) {
         let (engine, electric) = (sizes.engine_kw.is_some(), sizes.battery_kwh.is_some());
-        let depot = cost.depot_charging_per_kwh.as_ref();
-        let public = cost.public_charging_per_kwh.as_ref();
-        let on_combustion = cost.combustion_maintenance_per_km.as_ref();
-        let on_electric = cost.electric_maintenance_per_km.as_ref();
-        let lost = cost.lost_payload_per_tkm.as_ref();
-        let driver = cost.driver_per_h.as_ref();
+        let plug = sizes.plugs_in;
         for carrier in sizes.carriers {
             let Some(keys) = carrier.declaration().filled else { continue };
             let (item, measure) = (Item::Fuel, Measure::Filled(*carrier));
-            let input = self.add(keys.price, cost.filled(keys.price));
+            let input = self.add(keys.price, cost.price(keys.price));
             self.charges.extend(input.map(|input| Charge { input, item, measure }));
         }
-        for (applies, key, price, item, measure) in [
-            (
-                sizes.plugs_in,
-                "depot_charging_per_kwh",
-                depot,
-                Item::DepotCharging,
-                Measure::DepotKwh,
-            ),
-            (
-                sizes.plugs_in,
-                "public_charging_per_kwh",
-                public,
-                Item::PublicCharging,
-                Measure::PublicKwh,
-            ),
-            (true, "driver_per_h", driver, Item::Driver, Measure::Hours),
-            (
-                engine,
-                "combustion_maintenance_per_km",
-                on_combustion,
-                Item::Maintenance,
-                Measure::Distance,
-            ),
-            (
-                electric,
-                "electric_maintenance_per_km",
-                on_electric,
-                Item::Maintenance,
-                Measure::Distance,
-            ),
-            (true, "lost_payload_per_tkm", lost, Item::LostPayload, Measure::LostTonnes),
+        for (applies, key, item, measure) in [
+            (plug, "depot_charging_per_kwh", Item::DepotCharging, Measure::DepotKwh),
+            (plug, "public_charging_per_kwh", Item::PublicCharging, Measure::PublicKwh),
+            (true, "driver_per_h", Item::Driver, Measure::Hours),
+            (engine, "combustion_maintenance_per_km", Item::Maintenance, Measure::Distance),
+            (electric, "electric_maintenance_per_km", Item::Maintenance, Measure::Distance),
+            (true, "lost_payload_per_tkm", Item::LostPayload, Measure::LostTonnes),
         ] {
-            let input = if applies { self.add(key, price) } else { None };
+            let input = if applies { self.add(key, cost.price(key)) } else { None };
             self.charges.extend(input.map(|input| Charge { input, item, measure }));
         }
         for (n, toll) in cost.toll.iter().enumerate() {

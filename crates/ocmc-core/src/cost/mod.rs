@@ -187,7 +187,7 @@ impl CostModel {
     }
 
     /// The price of that key for what is filled in.
-    pub fn filled(&self, key: &str) -> Option<&Yearly> {
+    pub fn price(&self, key: &str) -> Option<&Yearly> {
         self.yearly().into_iter().find(|(known, _)| *known == key)?.1
     }
 
@@ -221,20 +221,9 @@ impl CostModel {
             "not there",
             "a number where `depot_charging_per_kwh` or `public_charging_per_kwh` is",
         );
-        for (key, there, other, needed) in [
-            (
-                "lost_payload_kg",
-                self.lost_payload_kg.is_some(),
-                "lost_payload_per_tkm",
-                self.lost_payload_per_tkm.is_some(),
-            ),
-            (
-                "lost_payload_per_tkm",
-                self.lost_payload_per_tkm.is_some(),
-                "lost_payload_kg",
-                self.lost_payload_kg.is_some(),
-            ),
-        ] {
+        let lost = ("lost_payload_kg", self.lost_payload_kg.is_some());
+        let priced = ("lost_payload_per_tkm", self.lost_payload_per_tkm.is_some());
+        for ((key, there), (other, needed)) in [(lost, priced), (priced, lost)] {
             let allowed = format!("given where `{other}` is");
             problems.require(there || !needed, key, "not there", &allowed);
         }

@@ -1,8 +1,8 @@
 //! The laws of a study file, and which file samples them.
 
 use super::{
-    Quantity, RARE, beta, empirical, exponential, gamma, log_normal, mixture, normal, uniform,
-    weibull,
+    Quantity, RARE, beta, empirical, exponential, gamma, log_normal, mixture, normal, practical,
+    uniform, weibull,
 };
 use crate::random::Draws;
 use schemars::JsonSchema;
@@ -98,10 +98,11 @@ impl Law {
     pub fn sample(&self, draws: &mut Draws) -> f64 {
         match self {
             Self::Normal { mean, sd, lower, upper } => {
-                normal::sample(*mean, *sd, *lower, *upper, draws)
+                normal::quantile(*mean, *sd, *lower, *upper, practical(draws.uniform()))
             }
             Self::LogNormal { median, log_sd, lower, upper } => {
-                log_normal::sample(*median, *log_sd, *lower, *upper, draws)
+                let p = practical(draws.uniform());
+                log_normal::quantile(*median, *log_sd, *lower, *upper, p)
             }
             Self::Uniform { lower, upper } => uniform::sample(*lower, *upper, draws),
             Self::Exponential { mean } => exponential::sample(*mean, draws),

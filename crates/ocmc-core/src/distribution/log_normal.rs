@@ -5,19 +5,7 @@
 //! where there are bounds.
 
 use super::normal::truncated_quantile;
-use super::{Law, all_positive, moments, practical};
-use crate::random::Draws;
-
-/// One draw: exactly one uniform.
-pub fn sample(
-    median: f64,
-    log_sd: f64,
-    lower: Option<f64>,
-    upper: Option<f64>,
-    draws: &mut Draws,
-) -> f64 {
-    quantile(median, log_sd, lower, upper, practical(draws.uniform()))
-}
+use super::{Law, all_positive, moments};
 
 /// Quantile for p in (0, 1).
 pub fn quantile(median: f64, log_sd: f64, lower: Option<f64>, upper: Option<f64>, p: f64) -> f64 {

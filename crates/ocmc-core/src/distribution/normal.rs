@@ -5,21 +5,9 @@
 //! more than about eight standard deviations above the mean leave no digits of 1 − Φ and give the
 //! bound itself.
 
-use super::{Law, moments, practical};
-use crate::random::Draws;
+use super::{Law, moments};
 use crate::special_functions::normal_quantile;
 use std::f64::consts::SQRT_2;
-
-/// One draw.
-pub fn sample(
-    mean: f64,
-    sd: f64,
-    lower: Option<f64>,
-    upper: Option<f64>,
-    draws: &mut Draws,
-) -> f64 {
-    quantile(mean, sd, lower, upper, practical(draws.uniform()))
-}
 
 /// Quantile for p in (0, 1).
 pub fn quantile(mean: f64, sd: f64, lower: Option<f64>, upper: Option<f64>, p: f64) -> f64 {

@@ -48,6 +48,22 @@ impl Quantity {
         }
     }
 
+    /// As [`Self::sample_once`], from the start of a stream; its centre where it is not spread.
+    pub fn drawn(&self, spread: bool, streams: &Streams, stream: Stream) -> f64 {
+        self.drawn_from(spread, streams, stream, &mut streams.open(stream))
+    }
+
+    /// As [`Self::drawn`], from draws of the stream that are open already.
+    pub fn drawn_from(
+        &self,
+        spread: bool,
+        streams: &Streams,
+        stream: Stream,
+        draws: &mut Draws,
+    ) -> f64 {
+        if spread { self.sample_once(streams, stream, draws) } else { self.centre() }
+    }
+
     /// What is wrong with a law's own parameters: (parameter, value, what is allowed).
     pub fn fault(&self) -> Option<(&'static str, f64, &'static str)> {
         match self {

@@ -126,72 +126,7 @@ impl CurveSpeedModel {
             );
         }
     }
-}
 
-/// One driver's curve-speed law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurveSpeed {
-    /// Speed at R₀, driver effect included, in m/s.
-    pub reference_speed_mps: f64,
-    /// Exponent.
-    pub exponent: f64,
-    /// Driver effect α, log scale.
-    pub driver_effect: f64,
-    /// Direction effect β, log scale.
-    pub direction_effect: f64,
-    /// Standard deviation of the residual, log scale.
-    pub residual_sd: f64,
-    reference_radius_m: f64,
-    maximum_radius_m: f64,
-    guard_radius_m: f64,
-    guard_lateral_mps2: f64,
-}
-
-/// Mean and covariance of (δ, ln v₀).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bivariate {
-    /// Mean of (δ, ln v₀).
-    pub mean: Vector2<f64>,
-    /// Covariance of (δ, ln v₀).
-    pub covariance: Matrix2<f64>,
-}
-
-impl Bivariate {
-    /// Fits mean and covariance (divisor n − 1) to pairs.
-    pub fn fit(pairs: &[(f64, f64)]) -> Self {
-        let n = pairs.len() as f64;
-        let point = |&(exponent, log_speed): &(f64, f64)| Vector2::new(exponent, log_speed);
-        let mean = pairs.iter().map(point).sum::<Vector2<f64>>() / n;
-        let covariance = pairs
-            .iter()
-            .map(|pair| {
-                let d = point(pair) - mean;
-                d * d.transpose()
-            })
-            .sum::<Matrix2<f64>>()
-            / (n - 1.0);
-        Self { mean, covariance }
-    }
-
-    /// One draw, by the Cholesky factor written out.
-    pub fn sample(&self, draws: &mut Draws) -> (f64, f64) {
-        let s = &self.covariance;
-        let a = s[(0, 0)].max(0.0).sqrt();
-        let b = if a > 0.0 { s[(1, 0)] / a } else { 0.0 };
-        let c = (s[(1, 1)] - b * b).max(0.0).sqrt();
-        let (x, y) = (draws.normal(), draws.normal());
-        (self.mean[0] + a * x, self.mean[1] + b * x + c * y)
-    }
-}
-
-impl CurveSpeedTable {
-    fn pairs(&self) -> Vec<(f64, f64)> {
-        let logs = self.reference_speed_mps.iter().map(|v| libm::log(*v));
-        self.exponent.iter().copied().zip(logs).collect()
-    }
-}
-
-impl CurveSpeedModel {
     /// Draws of uncertain parameters that the cycles share; none where the parameters are taken for
     /// certain.
     pub fn uncertain_replicates(&self) -> Option<u64> {
@@ -258,6 +193,69 @@ impl CurveSpeedModel {
             guard_radius_m: self.guard_radius_m,
             guard_lateral_mps2: self.guard_lateral_mps2,
         }
+    }
+}
+
+/// One driver's curve-speed law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveSpeed {
+    /// Speed at R₀, driver effect included, in m/s.
+    pub reference_speed_mps: f64,
+    /// Exponent.
+    pub exponent: f64,
+    /// Driver effect α, log scale.
+    pub driver_effect: f64,
+    /// Direction effect β, log scale.
+    pub direction_effect: f64,
+    /// Standard deviation of the residual, log scale.
+    pub residual_sd: f64,
+    reference_radius_m: f64,
+    maximum_radius_m: f64,
+    guard_radius_m: f64,
+    guard_lateral_mps2: f64,
+}
+
+/// Mean and covariance of (δ, ln v₀).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bivariate {
+    /// Mean of (δ, ln v₀).
+    pub mean: Vector2<f64>,
+    /// Covariance of (δ, ln v₀).
+    pub covariance: Matrix2<f64>,
+}
+
+impl Bivariate {
+    /// Fits mean and covariance (divisor n − 1) to pairs.
+    pub fn fit(pairs: &[(f64, f64)]) -> Self {
+        let n = pairs.len() as f64;
+        let point = |&(exponent, log_speed): &(f64, f64)| Vector2::new(exponent, log_speed);
+        let mean = pairs.iter().map(point).sum::<Vector2<f64>>() / n;
+        let covariance = pairs
+            .iter()
+            .map(|pair| {
+                let d = point(pair) - mean;
+                d * d.transpose()
+            })
+            .sum::<Matrix2<f64>>()
+            / (n - 1.0);
+        Self { mean, covariance }
+    }
+
+    /// One draw, by the Cholesky factor written out.
+    pub fn sample(&self, draws: &mut Draws) -> (f64, f64) {
+        let s = &self.covariance;
+        let a = s[(0, 0)].max(0.0).sqrt();
+        let b = if a > 0.0 { s[(1, 0)] / a } else { 0.0 };
+        let c = (s[(1, 1)] - b * b).max(0.0).sqrt();
+        let (x, y) = (draws.normal(), draws.normal());
+        (self.mean[0] + a * x, self.mean[1] + b * x + c * y)
+    }
+}
+
+impl CurveSpeedTable {
+    fn pairs(&self) -> Vec<(f64, f64)> {
+        let logs = self.reference_speed_mps.iter().map(|v| libm::log(*v));
+        self.exponent.iter().copied().zip(logs).collect()
     }
 }
 

@@ -43,20 +43,6 @@ pub struct LookAheadModel {
 }
 
 impl LookAheadModel {
-    /// Nothing is looked ahead for.
-    pub const OFF: Self = Self {
-        coasting: false,
-        eco_roll: false,
-        predictive_cruise: false,
-        engine_stop: false,
-        minimum_speed_mps: 13.9,
-        preview_s: 36.0,
-        decision_factor: 2.5,
-        underspeed_mps: 1.4,
-        engine_stop_delay_s: 2.0,
-        engine_stop_power_w: 1200.0,
-    };
-
     /// Whether a moving truck is driven otherwise than without.
     pub fn drives(&self) -> bool {
         self.coasting || self.eco_roll || self.predictive_cruise

@@ -126,6 +126,35 @@ impl PidModel {
             "a positive definite correlation matrix",
         );
     }
+
+    fn sample(&self, draws: &mut Draws, spread: bool, stability_limit: f64) -> Pedals {
+        let highest = self.proportional_maximum.min(stability_limit);
+        let [pi, pd, id] = self.correlation;
+        let correlation = Matrix3::new(1.0, pi, pd, pi, 1.0, id, pd, id, 1.0);
+        let factor = correlation.cholesky().map_or_else(Matrix3::identity, |c| c.l());
+        let mut redraws = 0;
+        loop {
+            let independent = Vector3::new(draws.normal(), draws.normal(), draws.normal());
+            let z = if spread { factor * independent } else { Vector3::zeros() };
+            let mut proportional =
+                self.proportional_median * libm::exp(self.proportional_log_sd * z[0]);
+            let inside = (self.proportional_minimum..=highest).contains(&proportional);
+            if !inside && redraws < MOST_REDRAWS && spread {
+                redraws += 1;
+                continue;
+            }
+            proportional = proportional.max(self.proportional_minimum).min(highest);
+            let time_s = self.integral_time_median_s * libm::exp(self.integral_time_log_sd * z[1]);
+            return Pedals {
+                proportional,
+                integral: if time_s > 0.0 { proportional / time_s } else { 0.0 },
+                derivative: self.derivative_median * libm::exp(self.derivative_log_sd * z[2]),
+                threshold_mps: None,
+                hold: Hold::Throttle,
+                redraws,
+            };
+        }
+    }
 }
 
 /// The switched proportional controller.
@@ -185,13 +214,8 @@ impl PedalModel {
             self.pid.sample(&mut draws, spread, stability_limit)
         } else {
             let model = &self.switched;
-            let mut draw = |law: &Quantity| {
-                if spread {
-                    law.sample_once(streams, Stream::Pedals, &mut draws)
-                } else {
-                    law.centre()
-                }
-            };
+            let mut draw =
+                |law: &Quantity| law.drawn_from(spread, streams, Stream::Pedals, &mut draws);
             Pedals {
                 proportional: draw(&model.proportional).min(stability_limit),
                 integral: 0.0,
@@ -200,37 +224,6 @@ impl PedalModel {
                 hold: model.hold,
                 redraws: 0,
             }
-        }
-    }
-}
-
-impl PidModel {
-    fn sample(&self, draws: &mut Draws, spread: bool, stability_limit: f64) -> Pedals {
-        let highest = self.proportional_maximum.min(stability_limit);
-        let [pi, pd, id] = self.correlation;
-        let correlation = Matrix3::new(1.0, pi, pd, pi, 1.0, id, pd, id, 1.0);
-        let factor = correlation.cholesky().map_or_else(Matrix3::identity, |c| c.l());
-        let mut redraws = 0;
-        loop {
-            let independent = Vector3::new(draws.normal(), draws.normal(), draws.normal());
-            let z = if spread { factor * independent } else { Vector3::zeros() };
-            let mut proportional =
-                self.proportional_median * libm::exp(self.proportional_log_sd * z[0]);
-            let inside = (self.proportional_minimum..=highest).contains(&proportional);
-            if !inside && redraws < MOST_REDRAWS && spread {
-                redraws += 1;
-                continue;
-            }
-            proportional = proportional.max(self.proportional_minimum).min(highest);
-            let time_s = self.integral_time_median_s * libm::exp(self.integral_time_log_sd * z[1]);
-            return Pedals {
-                proportional,
-                integral: if time_s > 0.0 { proportional / time_s } else { 0.0 },
-                derivative: self.derivative_median * libm::exp(self.derivative_log_sd * z[2]),
-                threshold_mps: None,
-                hold: Hold::Throttle,
-                redraws,
-            };
         }
     }
 }

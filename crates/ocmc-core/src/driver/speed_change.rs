@@ -62,10 +62,8 @@ impl SpeedChangeModel {
     /// Draws one driver; `spread` false gives the typical one.
     pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedChange {
         let mut draws = streams.open(Stream::SpeedChange);
-        let mut draw = |law: &Quantity| {
-            let stream = Stream::SpeedChange;
-            if spread { law.sample_once(streams, stream, &mut draws) } else { law.centre() }
-        };
+        let mut draw =
+            |law: &Quantity| law.drawn_from(spread, streams, Stream::SpeedChange, &mut draws);
         let deceleration_mps2 = draw(&self.deceleration_mps2);
         let acceleration_mps2 = draw(&self.acceleration_mps2);
         let ratio = self.peak_acceleration_ratio;

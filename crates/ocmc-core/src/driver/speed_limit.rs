@@ -45,6 +45,20 @@ impl SpeedLimitModel {
             "at most bump_maximum_mps",
         );
     }
+
+    /// Draws one driver; `spread` false gives the typical one.
+    pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedLimit {
+        let draw = |law: &Quantity, stream| law.drawn(spread, streams, stream);
+        let sign_offset_m = self.sign_offset_m.as_ref();
+        SpeedLimit {
+            compliance: draw(&self.compliance, Stream::Compliance),
+            maximum_speed_mps: self.maximum_speed_mps,
+            sign_offset_m: sign_offset_m.map_or(0.0, |law| draw(law, Stream::SignOffset)),
+            bump_acceleration_mps2: draw(&self.bump_acceleration_mps2, Stream::BumpComfort),
+            bump_minimum_mps: self.bump_minimum_mps,
+            bump_maximum_mps: self.bump_maximum_mps,
+        }
+    }
 }
 
 /// One driver's compliance.
@@ -60,28 +74,6 @@ pub struct SpeedLimit {
     pub bump_acceleration_mps2: f64,
     bump_minimum_mps: f64,
     bump_maximum_mps: f64,
-}
-
-impl SpeedLimitModel {
-    /// Draws one driver; `spread` false gives the typical one.
-    pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedLimit {
-        let draw = |law: &Quantity, stream| {
-            if spread {
-                law.sample_once(streams, stream, &mut streams.open(stream))
-            } else {
-                law.centre()
-            }
-        };
-        let sign_offset_m = self.sign_offset_m.as_ref();
-        SpeedLimit {
-            compliance: draw(&self.compliance, Stream::Compliance),
-            maximum_speed_mps: self.maximum_speed_mps,
-            sign_offset_m: sign_offset_m.map_or(0.0, |law| draw(law, Stream::SignOffset)),
-            bump_acceleration_mps2: draw(&self.bump_acceleration_mps2, Stream::BumpComfort),
-            bump_minimum_mps: self.bump_minimum_mps,
-            bump_maximum_mps: self.bump_maximum_mps,
-        }
-    }
 }
 
 impl SpeedLimit {

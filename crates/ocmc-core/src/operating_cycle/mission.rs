@@ -92,9 +92,7 @@ impl MissionModel {
                 "50 to 5000000; the draws of a law below 50 are put there",
             );
         }
-        if let Some(cargo) = &stops.cargo {
-            problems.part("stops.cargo", |problems| cargo.validate(problems));
-        }
+        problems.part_if("stops.cargo", stops.cargo.as_ref(), CargoModel::validate);
     }
 
     /// Draws a mission, of `given_length_m` where the road is given. Without
@@ -105,17 +103,10 @@ impl MissionModel {
         streams: &Streams,
         without: &[ModelSwitch],
     ) -> Mission {
-        let draw = || {
-            let stream = Stream::MissionLength;
-            self.length_m.sample_once(streams, stream, &mut streams.open(stream))
-        };
+        let draw = || self.length_m.drawn(true, streams, Stream::MissionLength);
         let length_m = given_length_m.unwrap_or_else(draw);
-        let payload_kg = if without.contains(&ModelSwitch::PayloadSpread) {
-            self.payload_kg.centre()
-        } else {
-            let stream = Stream::Payload;
-            self.payload_kg.sample_once(streams, stream, &mut streams.open(stream))
-        };
+        let spread = !without.contains(&ModelSwitch::PayloadSpread);
+        let payload_kg = self.payload_kg.drawn(spread, streams, Stream::Payload);
         let mut draws = streams.open(Stream::Departure);
         let mut departure =
             |law: &Quantity| law.sample_once(streams, Stream::Departure, &mut draws);

@@ -9,7 +9,7 @@ const NONE: u32 = u32::MAX;
 const SMALLEST_M: f64 = 1e-3;
 
 /// A stretch on which every track of the operating cycle is constant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Segment {
     /// Where it starts, in m.
     pub start_m: f64,
@@ -94,18 +94,7 @@ impl OperatingCycle {
         runs.clear();
         let road = &self.road;
         let length_m = road.length_m;
-        let mut now = Segment {
-            start_m: 0.0,
-            length_m: 0.0,
-            sign: 0,
-            section: 0,
-            slope: 0,
-            roughness: 0,
-            weather: 0,
-            traffic: 0,
-            curve: NONE,
-            event: NONE,
-        };
+        let mut now = Segment { curve: NONE, event: NONE, ..Segment::default() };
         let sign = |k: u32| road.signs.get(k as usize).map(|sign| sign.start_m + sign_offset_m);
         let section = |k: u32| road.sections.get(k as usize).map(|section| section.start_m);
         let weather = |k: u32| self.weather.get(k as usize).map(|weather| weather.start_m);

@@ -245,11 +245,8 @@ impl WeatherModel {
                 advance(&mut xi_h, self.humidity.hourly_correlation, &mut humidity);
                 advance(&mut g, self.wind.speed_hourly_correlation, &mut wind);
                 advance(&mut turn, self.wind.direction.hourly_correlation, &mut wind);
-                wet = precipitation.happens(if wet {
-                    rain.wet_after_wet
-                } else {
-                    rain.wet_after_dry
-                });
+                let share = if wet { rain.wet_after_wet } else { rain.wet_after_dry };
+                wet = precipitation.happens(share);
             }
             let time_s = departure_s + 3600.0 * (h as f64 - before as f64);
             let day = day_of_year + time_s / 86_400.0;

@@ -71,15 +71,7 @@ impl PowertrainKind {
 
     /// Whether chargers charge it.
     pub fn plugs_in(&self) -> bool {
-        struct Stores;
-        impl PowertrainTask for Stores {
-            type Answer = bool;
-
-            fn run<P: Powertrain>(self, powertrain: &P) -> bool {
-                powertrain.store().is_some()
-            }
-        }
-        self.dispatch(Stores)
+        matches!(self, Self::BatteryElectric(_))
     }
 
     /// How far ahead of a planned charging stop that is prepared, in m.
@@ -115,15 +107,11 @@ impl PowertrainKind {
 
     /// Names of its columns in a trace.
     pub fn signals(&self) -> SignalNames {
-        struct Signals;
-        impl PowertrainTask for Signals {
-            type Answer = SignalNames;
-
-            fn run<P: Powertrain>(self, _powertrain: &P) -> SignalNames {
-                P::SIGNALS
-            }
+        match self {
+            Self::Combustion(_) => CombustionPowertrain::SIGNALS,
+            Self::BatteryElectric(_) => BatteryElectricPowertrain::SIGNALS,
+            Self::FuelCell(_) => FuelCellPowertrain::SIGNALS,
         }
-        self.dispatch(Signals)
     }
 
     /// Force at the wheels of a truck that coasts in top gear at a speed in m/s, in N.
@@ -137,15 +125,11 @@ impl PowertrainKind {
 
     /// Its constants.
     pub fn constants(&self) -> PowertrainConstants {
-        struct Constants;
-        impl PowertrainTask for Constants {
-            type Answer = PowertrainConstants;
-
-            fn run<P: Powertrain>(self, powertrain: &P) -> PowertrainConstants {
-                powertrain.constants()
-            }
+        match self {
+            Self::Combustion(powertrain) => powertrain.constants(),
+            Self::BatteryElectric(powertrain) => powertrain.constants(),
+            Self::FuelCell(powertrain) => powertrain.constants(),
         }
-        self.dispatch(Constants)
     }
 }
 

@@ -143,14 +143,8 @@ impl PowertrainModel {
                 (Some(&model.cell.hydrogen_factor), Some(&model.electric.battery))
             }
         };
-        let charge = battery.map(|battery| {
-            let (law, stream) = (&battery.initial_charge, Stream::Electric);
-            if spread {
-                law.sample_once(streams, stream, &mut streams.open(stream))
-            } else {
-                law.centre()
-            }
-        });
+        let charge =
+            battery.map(|battery| battery.initial_charge.drawn(spread, streams, Stream::Electric));
         (factor.map_or(1.0, draw), charge)
     }
 

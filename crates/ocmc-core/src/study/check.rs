@@ -5,7 +5,9 @@ use super::StudyModel;
 use super::fleet::FleetModel;
 use super::keys::{Bounds, Key, declarations};
 use crate::charging::ChargingPolicy;
+use crate::cost::CostModel;
 use crate::distribution::Quantity;
+use crate::rest::RestModel;
 use crate::validation::{Problem, Problems};
 use crate::vehicle::VehicleModel;
 use serde::Deserialize;
@@ -57,12 +59,8 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
             problems.require(depot, "calendar.chain", true, allowed);
         });
     }
-    if let Some(cost) = &model.cost {
-        problems.part("cost", |problems| cost.validate(problems));
-    }
-    if let Some(rest) = &model.rest {
-        problems.part("rest", |problems| rest.validate(problems));
-    }
+    problems.part_if("cost", model.cost.as_ref(), CostModel::validate);
+    problems.part_if("rest", model.rest.as_ref(), RestModel::validate);
     if let Some(charging) = &model.charging {
         problems.part("charging", |problems| charging.validate(problems));
         problems.part("charging", |problems| chargers_within(model, charging, problems));

@@ -51,15 +51,8 @@ pub struct TreeError {
 impl TreeError {
     #[cold]
     #[inline(never)]
-    fn below_key(mut self, key: &str) -> Self {
-        self.steps.insert(0, Step::Key(key.to_owned()));
-        self
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn below_index(mut self, k: usize) -> Self {
-        self.steps.insert(0, Step::Index(k));
+    fn below(mut self, step: Step) -> Self {
+        self.steps.insert(0, step);
         self
     }
 }
@@ -214,7 +207,7 @@ impl<'de> SeqAccess<'de> for &mut Entries<'de> {
         let k = self.next;
         self.next += 1;
         let entry = self.list.get(k).map(|entry| seed.deserialize(Tree(entry)));
-        entry.transpose().map_err(|error| error.below_index(k))
+        entry.transpose().map_err(|error| error.below(Step::Index(k)))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -243,16 +236,16 @@ impl<'de> MapAccess<'de> for Keys<'de> {
         seed: K,
     ) -> Result<Option<K::Value>, TreeError> {
         self.now = self.left.next();
-        let key = self
-            .now
-            .map(|(key, _)| seed.deserialize(text(key)).map_err(|error| error.below_key(key)));
+        let key = self.now.map(|(key, _)| {
+            seed.deserialize(text(key)).map_err(|error| error.below(Step::Key(key.clone())))
+        });
         key.transpose()
     }
 
     #[inline(never)]
     fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, TreeError> {
         let (key, value) = self.now.ok_or_else(|| TreeError::custom("a value before its key"))?;
-        seed.deserialize(Tree(value)).map_err(|error| error.below_key(key))
+        seed.deserialize(Tree(value)).map_err(|error| error.below(Step::Key(key.clone())))
     }
 }
 

@@ -190,13 +190,8 @@ impl VehicleModel {
     pub fn sample(&self, payload_kg: f64, streams: &Streams, without: &[ModelSwitch]) -> Vehicle {
         let spread = !without.contains(&ModelSwitch::VehicleSpread);
         let mut draws = streams.open(Stream::Vehicle);
-        let mut draw = |law: &Quantity| {
-            if spread {
-                law.sample_once(streams, Stream::Vehicle, &mut draws)
-            } else {
-                law.centre()
-            }
-        };
+        let mut draw =
+            |law: &Quantity| law.drawn_from(spread, streams, Stream::Vehicle, &mut draws);
         let mass_kg = self.curb_mass_kg + payload_kg;
         let drag_area_m2 = draw(&self.drag_area_m2);
         let rolling_factor = draw(&self.rolling_factor);

@@ -11,7 +11,7 @@
 //! maps); its radius is 1 / mean |κ| of its middle third.
 
 use super::curvature::Curve;
-use super::route_noise::{SmoothPath, noise_of_points, smooth_over, smooth_points};
+use super::route_noise::{SmoothPath, along, noise_of_points, smooth_over, smooth_points};
 
 /// Mean radius of the Earth, in m (IUGG).
 const EARTH_RADIUS_M: f64 = 6_371_008.8;
@@ -64,11 +64,7 @@ impl Path2d {
 
     /// A path whose points are known on the plane, in m.
     pub fn of_points(x_m: Vec<f64>, y_m: Vec<f64>) -> Self {
-        let mut position_m = vec![0.0];
-        for k in 1..x_m.len() {
-            let step_m = libm::hypot(x_m[k] - x_m[k - 1], y_m[k] - y_m[k - 1]);
-            position_m.push(position_m[k - 1] + step_m);
-        }
+        let position_m = along(&x_m, &y_m);
         Self { x_m, y_m, position_m }
     }
 

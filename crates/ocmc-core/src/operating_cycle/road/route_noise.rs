@@ -311,7 +311,7 @@ pub fn smooth_over(way_m: &[f64], columns: [&[f64]; 2], noise_m: f64) -> [Vec<f6
 }
 
 /// Distances along points, in m.
-fn along(x_m: &[f64], y_m: &[f64]) -> Vec<f64> {
+pub(super) fn along(x_m: &[f64], y_m: &[f64]) -> Vec<f64> {
     let mut way_m = vec![0.0];
     for k in 1..x_m.len() {
         way_m.push(way_m[k - 1] + libm::hypot(x_m[k] - x_m[k - 1], y_m[k] - y_m[k - 1]));

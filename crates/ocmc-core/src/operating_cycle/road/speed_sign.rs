@@ -48,27 +48,7 @@ impl SpeedSignModel {
         );
         problems.require_sum_of_one("share", self.share.iter().sum());
     }
-}
 
-/// The chain of one road type, prepared for sampling.
-#[derive(Clone, Debug)]
-pub struct SpeedSignChain {
-    speed_mps: Vec<f64>,
-    share: Vec<f64>,
-    /// Rates q_ij per metre, zero on the diagonal.
-    rate_per_m: Vec<Vec<f64>>,
-}
-
-/// A speed limit that holds from its position to the next sign.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedSign {
-    /// Where it stands, in m.
-    pub start_m: f64,
-    /// The limit, in m/s.
-    pub speed_mps: f64,
-}
-
-impl SpeedSignModel {
     /// Prepares the chain.
     pub fn chain(&self) -> SpeedSignChain {
         let total: f64 = self.share.iter().sum();
@@ -95,6 +75,24 @@ impl SpeedSignModel {
         let speed_mps = self.speed_kmh.iter().map(|v| v / 3.6).collect();
         SpeedSignChain { speed_mps, share, rate_per_m }
     }
+}
+
+/// The chain of one road type, prepared for sampling.
+#[derive(Clone, Debug)]
+pub struct SpeedSignChain {
+    speed_mps: Vec<f64>,
+    share: Vec<f64>,
+    /// Rates q_ij per metre, zero on the diagonal.
+    rate_per_m: Vec<Vec<f64>>,
+}
+
+/// A speed limit that holds from its position to the next sign.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedSign {
+    /// Where it stands, in m.
+    pub start_m: f64,
+    /// The limit, in m/s.
+    pub speed_mps: f64,
 }
 
 impl SpeedSignChain {

@@ -75,69 +75,10 @@ impl BatteryModel {
             self.minimum_charge,
             "below maximum_charge",
         );
-        if let Some(ageing) = &self.ageing {
-            problems.part("ageing", |problems| ageing.validate(problems));
-        }
-        if let Some(thermal) = &self.thermal {
-            problems.part("thermal", |problems| thermal.validate(problems));
-        }
-    }
-}
-
-/// What batteries can give and take as they are now, lane by lane.
-#[derive(Clone, Copy, Debug)]
-pub struct BatteryLimits<S: Simd> {
-    /// Internal resistance, in Ω.
-    resistance: Lanes<S>,
-    /// A little less than a quarter of its inverse, in 1/Ω: U²/4R is the most that there is.
-    quarter: Lanes<S>,
-    /// Highest power of discharge at the terminals, in W.
-    discharge_power: Lanes<S>,
-    /// Highest power of charging at the terminals, in W.
-    charge_power: Lanes<S>,
-}
-
-impl<S: Simd> BatteryLimits<S> {
-    /// Those of one battery in all lanes.
-    #[inline(always)]
-    pub fn of(simd: S, battery: &BatteryModel) -> Self {
-        let all = |value| Lanes::splat(simd, value);
-        Self {
-            resistance: all(battery.resistance_ohm),
-            quarter: all(BELOW_QUARTER / battery.resistance_ohm),
-            discharge_power: all(battery.discharge_power_w),
-            charge_power: all(battery.charge_power_w),
-        }
+        problems.part_if("ageing", self.ageing.as_ref(), AgeingModel::validate);
+        problems.part_if("thermal", self.thermal.as_ref(), ThermalModel::validate);
     }
 
-    /// Sets the highest powers of discharge at the terminals, in W.
-    #[inline(always)]
-    pub fn set_discharge_power(&mut self, power_w: Lanes<S>) {
-        self.discharge_power = power_w;
-    }
-
-    /// Puts resistance, in Ω, and the powers that a battery gives and takes, in W, into a lane.
-    pub fn set(&mut self, lane: usize, [resistance_ohm, give_w, take_w]: [f64; 3]) {
-        self.resistance[lane] = resistance_ohm;
-        self.quarter[lane] = BELOW_QUARTER / resistance_ohm;
-        self.discharge_power[lane] = give_w;
-        self.charge_power[lane] = take_w;
-    }
-}
-
-/// A little less than a quarter: at U²/4R the current would double for nothing.
-const BELOW_QUARTER: f64 = 0.249;
-
-/// What a power at the terminals does to the store.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BatteryFlow {
-    /// Power that the store loses, U I, in W; negative while it is charged.
-    pub store_w: f64,
-    /// Heat, R I², in W.
-    pub loss_w: f64,
-}
-
-impl BatteryModel {
     /// As it is at its age: less energy, more resistance.
     #[must_use]
     pub fn aged(&self) -> Self {
@@ -230,6 +171,59 @@ impl BatteryModel {
         let voltage = self.voltages_v(charge);
         (voltage * voltage).simd_lt(power_w * (limits.resistance * 4.0))
     }
+}
+
+/// What batteries can give and take as they are now, lane by lane.
+#[derive(Clone, Copy, Debug)]
+pub struct BatteryLimits<S: Simd> {
+    /// Internal resistance, in Ω.
+    resistance: Lanes<S>,
+    /// A little less than a quarter of its inverse, in 1/Ω: U²/4R is the most that there is.
+    quarter: Lanes<S>,
+    /// Highest power of discharge at the terminals, in W.
+    discharge_power: Lanes<S>,
+    /// Highest power of charging at the terminals, in W.
+    charge_power: Lanes<S>,
+}
+
+impl<S: Simd> BatteryLimits<S> {
+    /// Those of one battery in all lanes.
+    #[inline(always)]
+    pub fn of(simd: S, battery: &BatteryModel) -> Self {
+        let all = |value| Lanes::splat(simd, value);
+        Self {
+            resistance: all(battery.resistance_ohm),
+            quarter: all(BELOW_QUARTER / battery.resistance_ohm),
+            discharge_power: all(battery.discharge_power_w),
+            charge_power: all(battery.charge_power_w),
+        }
+    }
+
+    /// Sets the highest powers of discharge at the terminals, in W.
+    #[inline(always)]
+    pub fn set_discharge_power(&mut self, power_w: Lanes<S>) {
+        self.discharge_power = power_w;
+    }
+
+    /// Puts resistance, in Ω, and the powers that a battery gives and takes, in W, into a lane.
+    pub fn set(&mut self, lane: usize, [resistance_ohm, give_w, take_w]: [f64; 3]) {
+        self.resistance[lane] = resistance_ohm;
+        self.quarter[lane] = BELOW_QUARTER / resistance_ohm;
+        self.discharge_power[lane] = give_w;
+        self.charge_power[lane] = take_w;
+    }
+}
+
+/// A little less than a quarter: at U²/4R the current would double for nothing.
+const BELOW_QUARTER: f64 = 0.249;
+
+/// What a power at the terminals does to the store.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryFlow {
+    /// Power that the store loses, U I, in W; negative while it is charged.
+    pub store_w: f64,
+    /// Heat, R I², in W.
+    pub loss_w: f64,
 }
 
 #[cfg(test)]

@@ -95,6 +95,78 @@ impl GearboxModel {
             "at least open_share times the idle speed",
         );
     }
+
+    /// What is lost on the way to the wheels; `axle_per_m`: axle ratio over wheel radius, in 1/m.
+    pub fn losses(&self, axle_per_m: f64) -> DrivelineLosses {
+        DrivelineLosses {
+            gearbox_nm: self.loss_torque_nm,
+            gearbox_nms: self.loss_torque_nms.unwrap_or(0.0),
+            floor_nm: self.loss_floor_nm.unwrap_or(0.0),
+            retarder_n: self.retarder_torque_nm * axle_per_m,
+            retarder_kgpm: self.retarder_torque_nms2.unwrap_or(0.0) * libm::pow(axle_per_m, 3.0),
+            axle_n: self.axle_loss_torque_nm * axle_per_m,
+            axle_share: self.axle_loss_share,
+            per_kept_by_axle: 1.0 / (1.0 - self.axle_loss_share),
+        }
+    }
+
+    /// Force at the wheels for a torque at the gearbox's input, and what gearbox, retarder and axle
+    /// take on the way, in N; `speed_mps`: of the truck.
+    pub fn wheel_and_lost_n(
+        &self,
+        gear: &Gear,
+        axle_per_m: f64,
+        speed_mps: f64,
+        torque_nm: f64,
+    ) -> [f64; 2] {
+        let (per_m, share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
+        let losses = self.losses(axle_per_m);
+        let forces = losses.wheel_and_lost_forces_n(per_m, share, one(speed_mps), one(torque_nm));
+        forces.map(|forces| forces[0])
+    }
+
+    /// Drag of the retarder at the wheels at a speed in m/s, in N.
+    pub fn retarder_n(&self, axle_per_m: f64, speed_mps: f64) -> f64 {
+        let shaft_radps = axle_per_m * speed_mps;
+        let growth_nm = self.retarder_torque_nms2.unwrap_or(0.0) * shaft_radps * shaft_radps;
+        (self.retarder_torque_nm + growth_nm) * axle_per_m
+    }
+
+    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of
+    /// [`GearboxModel::wheel_and_lost_n`].
+    pub fn input_torque_nm(
+        &self,
+        gear: &Gear,
+        axle_per_m: f64,
+        speed_mps: f64,
+        wheel_n: f64,
+    ) -> f64 {
+        // x - share |x| = y has one solution, of the sign of y
+        let undo =
+            |y: f64, share: f64| if y >= 0.0 { y / (1.0 - share) } else { y / (1.0 + share) };
+        let shaft = undo(wheel_n / axle_per_m + self.axle_loss_torque_nm, self.axle_loss_share);
+        let retarder_nm = self.retarder_n(axle_per_m, speed_mps) / axle_per_m;
+        let input_radps = gear.speed_ratio_per_m * speed_mps;
+        let turning_nm = self.loss_torque_nm + self.loss_torque_nms.unwrap_or(0.0) * input_radps;
+        let behind_nm = (shaft + retarder_nm) / gear.ratio + turning_nm;
+        let torque_nm = undo(behind_nm, gear.loss_share);
+        let floor_nm = self.loss_floor_nm.unwrap_or(0.0);
+        if torque_nm.abs() < floor_nm { behind_nm + gear.loss_share * floor_nm } else { torque_nm }
+    }
+
+    /// The gears over a wheel.
+    pub fn gears(&self, wheel_radius_m: f64) -> Vec<Gear> {
+        let gear = |(k, &ratio): (usize, &f64)| {
+            let direct = (ratio - 1.0_f64).abs() < 1e-9;
+            Gear {
+                speed_ratio_per_m: ratio * self.axle_ratio / wheel_radius_m,
+                ratio,
+                loss_share: if direct { self.direct_loss_share } else { self.indirect_loss_share },
+                launches: (k as u32) < self.shift.launch_gears,
+            }
+        };
+        self.ratio.iter().enumerate().map(gear).collect()
+    }
 }
 
 /// The gears of a box, from first to top.
@@ -304,80 +376,6 @@ impl DrivelineLosses {
         let shaft_n = per_m * (torque_nm - gearbox_nm) - retarder_n;
         let axle_n = shaft_n.abs() * self.axle_share + self.axle_n;
         [shaft_n - axle_n, per_m * gearbox_nm + axle_n + retarder_n]
-    }
-}
-
-impl GearboxModel {
-    /// What is lost on the way to the wheels; `axle_per_m`: axle ratio over wheel radius, in 1/m.
-    pub fn losses(&self, axle_per_m: f64) -> DrivelineLosses {
-        DrivelineLosses {
-            gearbox_nm: self.loss_torque_nm,
-            gearbox_nms: self.loss_torque_nms.unwrap_or(0.0),
-            floor_nm: self.loss_floor_nm.unwrap_or(0.0),
-            retarder_n: self.retarder_torque_nm * axle_per_m,
-            retarder_kgpm: self.retarder_torque_nms2.unwrap_or(0.0) * libm::pow(axle_per_m, 3.0),
-            axle_n: self.axle_loss_torque_nm * axle_per_m,
-            axle_share: self.axle_loss_share,
-            per_kept_by_axle: 1.0 / (1.0 - self.axle_loss_share),
-        }
-    }
-
-    /// Force at the wheels for a torque at the gearbox's input, and what gearbox, retarder and axle
-    /// take on the way, in N; `speed_mps`: of the truck.
-    pub fn wheel_and_lost_n(
-        &self,
-        gear: &Gear,
-        axle_per_m: f64,
-        speed_mps: f64,
-        torque_nm: f64,
-    ) -> [f64; 2] {
-        let (per_m, share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
-        let losses = self.losses(axle_per_m);
-        let forces = losses.wheel_and_lost_forces_n(per_m, share, one(speed_mps), one(torque_nm));
-        forces.map(|forces| forces[0])
-    }
-
-    /// Drag of the retarder at the wheels at a speed in m/s, in N.
-    pub fn retarder_n(&self, axle_per_m: f64, speed_mps: f64) -> f64 {
-        let shaft_radps = axle_per_m * speed_mps;
-        let growth_nm = self.retarder_torque_nms2.unwrap_or(0.0) * shaft_radps * shaft_radps;
-        (self.retarder_torque_nm + growth_nm) * axle_per_m
-    }
-
-    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of
-    /// [`GearboxModel::wheel_and_lost_n`].
-    pub fn input_torque_nm(
-        &self,
-        gear: &Gear,
-        axle_per_m: f64,
-        speed_mps: f64,
-        wheel_n: f64,
-    ) -> f64 {
-        // x - share |x| = y has one solution, of the sign of y
-        let undo =
-            |y: f64, share: f64| if y >= 0.0 { y / (1.0 - share) } else { y / (1.0 + share) };
-        let shaft = undo(wheel_n / axle_per_m + self.axle_loss_torque_nm, self.axle_loss_share);
-        let retarder_nm = self.retarder_n(axle_per_m, speed_mps) / axle_per_m;
-        let input_radps = gear.speed_ratio_per_m * speed_mps;
-        let turning_nm = self.loss_torque_nm + self.loss_torque_nms.unwrap_or(0.0) * input_radps;
-        let behind_nm = (shaft + retarder_nm) / gear.ratio + turning_nm;
-        let torque_nm = undo(behind_nm, gear.loss_share);
-        let floor_nm = self.loss_floor_nm.unwrap_or(0.0);
-        if torque_nm.abs() < floor_nm { behind_nm + gear.loss_share * floor_nm } else { torque_nm }
-    }
-
-    /// The gears over a wheel.
-    pub fn gears(&self, wheel_radius_m: f64) -> Vec<Gear> {
-        let gear = |(k, &ratio): (usize, &f64)| {
-            let direct = (ratio - 1.0_f64).abs() < 1e-9;
-            Gear {
-                speed_ratio_per_m: ratio * self.axle_ratio / wheel_radius_m,
-                ratio,
-                loss_share: if direct { self.direct_loss_share } else { self.indirect_loss_share },
-                launches: (k as u32) < self.shift.launch_gears,
-            }
-        };
-        self.ratio.iter().enumerate().map(gear).collect()
     }
 }
 

@@ -74,17 +74,7 @@ impl MotorModel {
             "a row for each of map_speed_radps, with a column for each of map_torque_nm",
         );
     }
-}
 
-/// A motor prepared for the hot loop.
-#[derive(Clone, Debug)]
-pub struct Motor {
-    model: MotorModel,
-    /// The map's cells {a, b, c, d}: loss = a + b w + T (c + d w); those of one speed lie together.
-    cells: Cells,
-}
-
-impl MotorModel {
     /// Whether a speed in rad/s and a torque in Nm lie within the points of the map.
     pub fn map_covers(&self, speed_radps: f64, torque_nm: f64) -> bool {
         self.maps_cover(one(speed_radps), one(torque_nm)).test(0)
@@ -130,6 +120,14 @@ impl MotorModel {
         let fade = clip(vehicle_mps * (1.0 / self.brake_fade_mps), 0.0, 1.0);
         fade * (self.brake_power_w / speed_radps.max(1.0)).min(self.brake_torque_nm)
     }
+}
+
+/// A motor prepared for the hot loop.
+#[derive(Clone, Debug)]
+pub struct Motor {
+    model: MotorModel,
+    /// The map's cells {a, b, c, d}: loss = a + b w + T (c + d w); those of one speed lie together.
+    cells: Cells,
 }
 
 impl Motor {

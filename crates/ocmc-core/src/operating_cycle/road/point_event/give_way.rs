@@ -2,7 +2,7 @@
 
 use super::{
     EventDeclaration, EventEstimation, EventForm, EventKind, EventModel, EventParameter,
-    EventTrack, PASSING_SPEEDS_MPS, PointEvent, STANDSTILLS_S, poisson,
+    PASSING_SPEEDS_MPS, PointEvent, STANDSTILLS_S, poisson, track,
 };
 use crate::distribution::Quantity;
 use crate::operating_cycle::road::road_type::Section;
@@ -16,16 +16,12 @@ pub(super) const GIVE_WAY: EventDeclaration = EventDeclaration {
     map_object: "give_way",
     forms: &[
         EventForm {
-            tracks: &[EventTrack { name: "give_way_stop_s", range: STANDSTILLS_S, value: wait_s }],
+            tracks: &[track("give_way_stop_s", STANDSTILLS_S, wait_s)],
             event: |values| EventKind::GiveWayStop { standstill_s: values[0] },
             purpose: "",
         },
         EventForm {
-            tracks: &[EventTrack {
-                name: "give_way_pass_mps",
-                range: PASSING_SPEEDS_MPS,
-                value: pass_speed_mps,
-            }],
+            tracks: &[track("give_way_pass_mps", PASSING_SPEEDS_MPS, pass_speed_mps)],
             event: |values| EventKind::GiveWayPass { speed_mps: values[0] },
             purpose: "",
         },

@@ -1,19 +1,15 @@
 //! Stops of the mission, which the mission draws and no road type.
 
-use super::{EventDeclaration, EventForm, EventKind, EventTrack, STANDSTILLS_S};
+use super::{EventDeclaration, EventForm, EventKind, STANDSTILLS_S, track};
 
 /// What the other rooms know of stops of the mission.
 pub(super) const MISSION_STOP: EventDeclaration = EventDeclaration {
     map_object: "mission_stop",
     forms: &[EventForm {
-        tracks: &[EventTrack {
-            name: "mission_stop_s",
-            range: STANDSTILLS_S,
-            value: |kind| match kind {
-                EventKind::MissionStop { standstill_s } => Some(*standstill_s),
-                _ => None,
-            },
-        }],
+        tracks: &[track("mission_stop_s", STANDSTILLS_S, |kind| match kind {
+            EventKind::MissionStop { standstill_s } => Some(*standstill_s),
+            _ => None,
+        })],
         event: |values| EventKind::MissionStop { standstill_s: values[0] },
         purpose: "",
     }],

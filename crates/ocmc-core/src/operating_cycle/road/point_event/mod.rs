@@ -220,6 +220,14 @@ pub struct EventTrack {
     pub value: fn(&EventKind) -> Option<f64>,
 }
 
+const fn track(
+    name: &'static str,
+    range: [f64; 2],
+    value: fn(&EventKind) -> Option<f64>,
+) -> EventTrack {
+    EventTrack { name, range, value }
+}
+
 /// How a road type draws events of a kind, and how fits estimate them.
 #[derive(Clone, Copy, Debug)]
 pub struct EventModel {

@@ -4,7 +4,7 @@
 
 use super::{
     EventDeclaration, EventEstimation, EventForm, EventKind, EventModel, EventParameter,
-    EventTrack, PASSING_SPEEDS_MPS, PointEvent, STANDSTILLS_S, poisson,
+    PASSING_SPEEDS_MPS, PointEvent, STANDSTILLS_S, poisson, track,
 };
 use crate::distribution::Quantity;
 use crate::operating_cycle::road::road_type::Section;
@@ -18,22 +18,14 @@ pub(super) const RAILWAY_CROSSING: EventDeclaration = EventDeclaration {
     map_object: "railway_crossing",
     forms: &[
         EventForm {
-            tracks: &[EventTrack {
-                name: "railway_crossing_wait_s",
-                range: STANDSTILLS_S,
-                value: wait_s,
-            }],
+            tracks: &[track("railway_crossing_wait_s", STANDSTILLS_S, wait_s)],
             event: |values| EventKind::ClosedCrossing { standstill_s: values[0] },
             purpose: "",
         },
         EventForm {
             tracks: &[
-                EventTrack {
-                    name: "railway_crossing_pass_mps",
-                    range: PASSING_SPEEDS_MPS,
-                    value: pass_speed_mps,
-                },
-                EventTrack { name: "railway_crossing_stop_s", range: STANDSTILLS_S, value: stop_s },
+                track("railway_crossing_pass_mps", PASSING_SPEEDS_MPS, pass_speed_mps),
+                track("railway_crossing_stop_s", STANDSTILLS_S, stop_s),
             ],
             event: |values| EventKind::OpenCrossing {
                 speed_mps: values[0],

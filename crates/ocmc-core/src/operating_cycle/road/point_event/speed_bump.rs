@@ -2,7 +2,7 @@
 
 use super::{
     EventDeclaration, EventEstimation, EventForm, EventKind, EventModel, EventParameter,
-    EventTrack, PointEvent, poisson,
+    PointEvent, poisson, track,
 };
 use crate::distribution::Quantity;
 use crate::operating_cycle::road::road_type::Section;
@@ -16,8 +16,8 @@ pub(super) const SPEED_BUMP: EventDeclaration = EventDeclaration {
     map_object: "speed_bump",
     forms: &[EventForm {
         tracks: &[
-            EventTrack { name: "speed_bump_length_m", range: [0.1, 50.0], value: length_m },
-            EventTrack { name: "speed_bump_height_m", range: [0.005, 0.5], value: height_m },
+            track("speed_bump_length_m", [0.1, 50.0], length_m),
+            track("speed_bump_height_m", [0.005, 0.5], height_m),
         ],
         event: |values| EventKind::SpeedBump { length_m: values[0], height_m: values[1] },
         purpose: "each speed bump has a length and, at the same position, a height",

@@ -2,7 +2,7 @@
 
 use super::{
     EventDeclaration, EventEstimation, EventForm, EventKind, EventModel, EventParameter,
-    EventTrack, PointEvent, STANDSTILLS_S, poisson,
+    PointEvent, STANDSTILLS_S, poisson, track,
 };
 use crate::distribution::Quantity;
 use crate::operating_cycle::road::road_type::Section;
@@ -15,14 +15,10 @@ use serde::{Deserialize, Serialize};
 pub(super) const STOP_SIGN: EventDeclaration = EventDeclaration {
     map_object: "stop_sign",
     forms: &[EventForm {
-        tracks: &[EventTrack {
-            name: "stop_sign_s",
-            range: STANDSTILLS_S,
-            value: |kind| match kind {
-                EventKind::StopSign { standstill_s } => Some(*standstill_s),
-                _ => None,
-            },
-        }],
+        tracks: &[track("stop_sign_s", STANDSTILLS_S, |kind| match kind {
+            EventKind::StopSign { standstill_s } => Some(*standstill_s),
+            _ => None,
+        })],
         event: |values| EventKind::StopSign { standstill_s: values[0] },
         purpose: "",
     }],

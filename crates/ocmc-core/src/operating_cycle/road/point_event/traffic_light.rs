@@ -2,7 +2,7 @@
 
 use super::{
     EventDeclaration, EventEstimation, EventForm, EventKind, EventModel, EventParameter,
-    EventTrack, PointEvent, STANDSTILLS_S, poisson,
+    PointEvent, STANDSTILLS_S, poisson, track,
 };
 use crate::distribution::Quantity;
 use crate::operating_cycle::road::road_type::Section;
@@ -16,16 +16,14 @@ pub(super) const TRAFFIC_LIGHT: EventDeclaration = EventDeclaration {
     map_object: "traffic_light",
     forms: &[
         EventForm {
-            tracks: &[EventTrack { name: "red_light_s", range: STANDSTILLS_S, value: wait_s }],
+            tracks: &[track("red_light_s", STANDSTILLS_S, wait_s)],
             event: |values| EventKind::RedLight { standstill_s: values[0] },
             purpose: "",
         },
         EventForm {
-            tracks: &[EventTrack {
-                name: "green_light",
-                range: [0.0, 1.0],
-                value: |kind| matches!(kind, EventKind::GreenLight).then_some(1.0),
-            }],
+            tracks: &[track("green_light", [0.0, 1.0], |kind| {
+                matches!(kind, EventKind::GreenLight).then_some(1.0)
+            })],
             event: |_| EventKind::GreenLight,
             purpose: "",
         },
