@@ -78,6 +78,10 @@ pub struct FilledKeys {
     pub well_to_wheel: &'static str,
 }
 
+const fn filled(price: &'static str, well_to_wheel: &'static str) -> FilledKeys {
+    FilledKeys { price, well_to_wheel }
+}
+
 const fn named(name: &'static str, meaning: &'static str) -> Named {
     Named { name, meaning }
 }
@@ -100,10 +104,7 @@ pub const CARRIERS: &[Declaration] = &[
         per_m: hundred_km,
         sold: Some(named("fuel_l", "Fuel, in L")),
         total: ("L", 1.0),
-        filled: Some(FilledKeys {
-            price: "fuel_per_l",
-            well_to_wheel: "fuel_well_to_wheel_kg_per_l",
-        }),
+        filled: Some(filled("fuel_per_l", "fuel_well_to_wheel_kg_per_l")),
         // methanol to hydrotreated oil
         heating_value_jpkg: Some([15e6, 48e6]),
     },
@@ -153,10 +154,7 @@ pub const CARRIERS: &[Declaration] = &[
         per_m: hundred_km,
         sold: None,
         total: ("kg", 1.0),
-        filled: Some(FilledKeys {
-            price: "hydrogen_per_kg",
-            well_to_wheel: "hydrogen_well_to_wheel_kg_per_kg",
-        }),
+        filled: Some(filled("hydrogen_per_kg", "hydrogen_well_to_wheel_kg_per_kg")),
         heating_value_jpkg: Some([119e6, 121e6]),
     },
     Declaration {
@@ -175,10 +173,7 @@ pub const CARRIERS: &[Declaration] = &[
         per_m: hundred_km,
         sold: None,
         total: ("kg", 1.0),
-        filled: Some(FilledKeys {
-            price: "methane_per_kg",
-            well_to_wheel: "methane_well_to_wheel_kg_per_kg",
-        }),
+        filled: Some(filled("methane_per_kg", "methane_well_to_wheel_kg_per_kg")),
         // lean natural gas to pure methane
         heating_value_jpkg: Some([38e6, 50.1e6]),
     },

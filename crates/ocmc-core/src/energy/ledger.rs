@@ -138,20 +138,15 @@ const fn field(term: Term, trace: &'static str, place: Place, extent: Extent) ->
     Declaration { term, trace, recorded: Recorded::Field, place, extent }
 }
 
-const fn by_powertrain(
-    term: Term,
-    trace: &'static str,
-    place: Place,
-    extent: Extent,
-) -> Declaration {
-    Declaration { term, trace, recorded: Recorded::ByPowertrain, place, extent }
+const fn by_powertrain(declared: Declaration) -> Declaration {
+    Declaration { recorded: Recorded::ByPowertrain, ..declared }
 }
 
 /// The terms, in order. The unit is the suffix of the column.
 pub const TERMS: &[Declaration] = &[
     field(Term::Time, "simulated_added_s", Place::Outside, Extent::All),
     field(Term::Distance, "distance_added_m", Place::Outside, Extent::All),
-    by_powertrain(Term::Fuel, "fuel_added_kg", Place::Outside, Extent::Powertrain),
+    by_powertrain(field(Term::Fuel, "fuel_added_kg", Place::Outside, Extent::Powertrain)),
     field(Term::Crankshaft, "crankshaft_work_added_j", Place::Source, Extent::Powertrain),
     field(Term::Auxiliary, "auxiliary_energy_added_j", Place::Loss, Extent::All),
     field(Term::Clutch, "clutch_loss_added_j", Place::Loss, Extent::Powertrain),
@@ -163,54 +158,55 @@ pub const TERMS: &[Declaration] = &[
     field(Term::ServiceBrake, "service_brake_energy_added_j", Place::Loss, Extent::All),
     field(Term::EngineBrake, "engine_brake_energy_added_j", Place::Loss, Extent::Powertrain),
     field(Term::Wheel, "wheel_energy_added_j", Place::Outside, Extent::All),
-    by_powertrain(Term::Battery, "battery_energy_added_j", Place::Source, Extent::Powertrain),
+    by_powertrain(field(
+        Term::Battery,
+        "battery_energy_added_j",
+        Place::Source,
+        Extent::Powertrain,
+    )),
     field(Term::BatteryLoss, "battery_loss_added_j", Place::Loss, Extent::Powertrain),
     field(Term::MotorLoss, "motor_loss_added_j", Place::Loss, Extent::Powertrain),
     field(Term::Regenerated, "regenerated_energy_added_j", Place::Outside, Extent::Powertrain),
     field(Term::Charged, "charged_energy_added_j", Place::Outside, Extent::Powertrain),
     field(Term::ChargingLoss, "charging_loss_added_j", Place::Outside, Extent::Powertrain),
     field(Term::OutsideMap, "outside_map_added_s", Place::Outside, Extent::All),
-    by_powertrain(
+    by_powertrain(field(
         Term::FuelEnergy,
         "fuel_energy_added_j",
         Place::Outside,
         Extent::Only(Mode::Followed),
-    ),
+    )),
     field(Term::Limited, "limited_added_s", Place::Outside, Extent::Only(Mode::Followed)),
     field(Term::Missing, "missing_energy_added_j", Place::Given, Extent::Only(Mode::Followed)),
     Declaration {
-        term: Term::Coasting,
-        trace: "coasting_distance_added_m",
         recorded: Recorded::Column {
             name: "coasting_distance_m",
             meaning: "Distance driven with neither pedal pressed, in m; null where a speed is \
                       followed exactly.",
             label: "coasting",
         },
-        place: Place::Outside,
-        extent: Extent::Only(Mode::Driven),
+        ..field(
+            Term::Coasting,
+            "coasting_distance_added_m",
+            Place::Outside,
+            Extent::Only(Mode::Driven),
+        )
     },
     Declaration {
-        term: Term::CellInput,
-        trace: "fuel_cell_input_added_j",
         recorded: Recorded::Column {
             name: "fuel_cell_input_j",
             meaning: "Energy of the hydrogen that the fuel cell took, in J; null without one.",
             label: "fuel cell, input",
         },
-        place: Place::Source,
-        extent: Extent::Powertrain,
+        ..field(Term::CellInput, "fuel_cell_input_added_j", Place::Source, Extent::Powertrain)
     },
     Declaration {
-        term: Term::CellLoss,
-        trace: "fuel_cell_loss_added_j",
         recorded: Recorded::Column {
             name: "fuel_cell_loss_j",
             meaning: "Loss of the fuel cell, what its pumps take included, in J; null without one.",
             label: "fuel cell",
         },
-        place: Place::Loss,
-        extent: Extent::Powertrain,
+        ..field(Term::CellLoss, "fuel_cell_loss_added_j", Place::Loss, Extent::Powertrain)
     },
 ];
 

@@ -123,7 +123,8 @@ impl PowertrainTask for FleetTask<'_, '_> {
             whole_trips.take(record, scenario, deliver);
         };
         let observer = &mut StopFlag(driving.stop);
-        let lanes = LaneScheduler::new(driving.study, &parameters, next, &mut ended, observer);
+        let (parameters, ended, study) = (&parameters, &mut ended, driving.study);
+        let lanes = LaneScheduler { study, parameters, next, ended, observer, driving: 0 };
         driving.level.run(lanes);
         whole_trips.drive(deliver);
     }
@@ -143,7 +144,8 @@ pub fn drive_observed<P: Powertrain, O: Observer>(
     in_order(|deliver| {
         let mut ended =
             |record: Record, scenario: &Scenario| whole_trips.take(record, scenario, deliver);
-        run_baseline(LaneScheduler::new(study, &parameters, next, &mut ended, observer));
+        let (parameters, ended) = (&parameters, &mut ended);
+        run_baseline(LaneScheduler { study, parameters, next, ended, observer, driving: 0 });
         whole_trips.drive(deliver);
     })
 }
@@ -190,13 +192,13 @@ pub(super) type Ended<'a> = &'a mut dyn FnMut(Record, &Scenario);
 
 /// Gives tasks to lanes and passes their records on.
 pub(super) struct LaneScheduler<'a, 'b, P, O> {
-    study: &'a Study,
-    parameters: &'a KernelParameters<'a, P>,
-    next: Next<'b>,
-    ended: Ended<'a>,
-    observer: &'a mut O,
+    pub(super) study: &'a Study,
+    pub(super) parameters: &'a KernelParameters<'a, P>,
+    pub(super) next: Next<'b>,
+    pub(super) ended: Ended<'a>,
+    pub(super) observer: &'a mut O,
     /// Lanes with a cycle.
-    driving: usize,
+    pub(super) driving: usize,
 }
 
 impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
@@ -226,17 +228,7 @@ impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
     }
 }
 
-impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
-    pub(super) fn new(
-        study: &'a Study,
-        parameters: &'a KernelParameters<'a, P>,
-        next: Next<'b>,
-        ended: Ended<'a>,
-        observer: &'a mut O,
-    ) -> Self {
-        Self { study, parameters, next, ended, observer, driving: 0 }
-    }
-
+impl<P: Powertrain, O: Observer> LaneScheduler<'_, '_, P, O> {
     /// Puts a cycle into each lane of a block.
     fn fill<S: Simd>(&mut self, state: &mut State<S, P>) -> LaneTasks {
         let mut tasks: LaneTasks = [const { None }; WIDTH];

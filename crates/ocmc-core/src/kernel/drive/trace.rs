@@ -217,34 +217,7 @@ impl Writer {
             }
         }
     }
-}
 
-impl Observer for LaneWriters {
-    fn after_step<S: Simd, P: Powertrain>(
-        &mut self,
-        parameters: &KernelParameters<P>,
-        state: &State<S, P>,
-        view: &StepView<S>,
-        tasks: &[Option<LaneTask>],
-    ) {
-        for (number, (writer, task)) in self.0.iter_mut().zip(tasks).enumerate() {
-            if let Some(task) = task {
-                writer.after_step(parameters, state, view, (number, task));
-            }
-        }
-    }
-
-    fn after_event<S: Simd, P: Powertrain>(
-        &mut self,
-        parameters: &KernelParameters<P>,
-        state: &State<S, P>,
-        (number, task): (usize, &LaneTask),
-    ) {
-        self.0[number].after_event(parameters, state, (number, task));
-    }
-}
-
-impl Writer {
     fn after_step<S: Simd, P: Powertrain>(
         &mut self,
         parameters: &KernelParameters<P>,
@@ -302,5 +275,30 @@ impl Writer {
             closed: false,
         };
         self.push(parameters, state, (number, task), &row, added);
+    }
+}
+
+impl Observer for LaneWriters {
+    fn after_step<S: Simd, P: Powertrain>(
+        &mut self,
+        parameters: &KernelParameters<P>,
+        state: &State<S, P>,
+        view: &StepView<S>,
+        tasks: &[Option<LaneTask>],
+    ) {
+        for (number, (writer, task)) in self.0.iter_mut().zip(tasks).enumerate() {
+            if let Some(task) = task {
+                writer.after_step(parameters, state, view, (number, task));
+            }
+        }
+    }
+
+    fn after_event<S: Simd, P: Powertrain>(
+        &mut self,
+        parameters: &KernelParameters<P>,
+        state: &State<S, P>,
+        (number, task): (usize, &LaneTask),
+    ) {
+        self.0[number].after_event(parameters, state, (number, task));
     }
 }

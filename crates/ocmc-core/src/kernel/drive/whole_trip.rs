@@ -64,7 +64,8 @@ impl<'a, P: Powertrain> WholeTrips<'a, P> {
             }
             deliver(record);
         };
-        let observer = &mut StopFlag(stop);
-        level.run(LaneScheduler::new(study, &parameters, &mut next, &mut ended, observer));
+        let (parameters, observer) = (&parameters, &mut StopFlag(stop));
+        let (next, ended) = (&mut next, &mut ended);
+        level.run(LaneScheduler { study, parameters, next, ended, observer, driving: 0 });
     }
 }

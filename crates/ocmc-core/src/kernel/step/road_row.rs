@@ -49,9 +49,7 @@ impl RoadRow {
     /// Standstill at the end, in s; where there is no stop −1 − v², v the speed to which the truck may
     /// coast ahead of the next braking ramp: all of them are below zero. Read by [`Self::dwell_s`].
     const DWELL: usize = 11;
-}
 
-impl RoadRow {
     /// Static limit, in m/s, whatever sets it.
     pub fn static_mps(&self) -> f64 {
         self.0[Self::STATIC].abs()
