@@ -1,5 +1,6 @@
 //! What a fleet's trips had to charge: how often on the way, for how long, and what meters counted.
 
+use super::parts::add_known;
 use ocmc_core::record::{Outcome, Record};
 use serde::Serialize;
 
@@ -38,9 +39,7 @@ impl ChargingSummary {
         self.depleted += u64::from(record.outcome == Outcome::Depleted);
         self.grid_energy_public_j += record.grid_energy_public_j.unwrap_or(0.0);
         self.grid_energy_stop_j += record.grid_energy_stop_j.unwrap_or(0.0);
-        if let Some(depot_j) = record.grid_energy_depot_j {
-            self.grid_energy_depot_j = Some(self.grid_energy_depot_j.unwrap_or(0.0) + depot_j);
-        }
+        add_known(&mut self.grid_energy_depot_j, record.grid_energy_depot_j);
         if record.outcome == Outcome::Completed {
             self.arrived_with_stops[(stops as usize).min(MOST_STOPS)] += 1;
             self.charging_s += record.charging_s.unwrap_or(0.0);

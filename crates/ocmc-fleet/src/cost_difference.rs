@@ -16,12 +16,10 @@
 
 use super::cost::{InputShare, Percentiles, STATES, batches, shares};
 use super::dependence::Dependence;
-use super::quantile::quantile;
-use super::variance_share::LEAST_GROUPS;
+use super::variance_share::{LEAST_GROUPS, drawn_again, percentiles};
 use ocmc_core::cost::costing::{BREAK_EVEN_KEYS, Costing, Input, Trip};
 use ocmc_core::cost::levelised::Levelised;
 use ocmc_core::cost::state::State;
-use ocmc_core::random::{Draws, Stream};
 use serde::Serialize;
 
 /// Bootstrap samples of the trips behind an interval: percentiles of 2.5 % lie between the fifth
@@ -114,13 +112,6 @@ struct Pairs<'a> {
 /// Both sides in one state of the world.
 type Both = [Levelised; 2];
 
-/// A denominator.
-#[derive(Clone, Copy)]
-enum Over {
-    Km,
-    Tkm,
-}
-
 impl CostDifference {
     /// Compares two fleets; none where no trip was completed by both.
     pub fn of(a: Fleet, b: Fleet, seed: u64, dependence: Dependence) -> Option<Self> {
@@ -143,7 +134,7 @@ impl CostDifference {
         };
         let levelised: Vec<Both> = states.iter().map(|state| pairs.at(state)).collect();
         let resampled = pairs.resampled(seed);
-        let side = |over| pairs.side(over, &central, &levelised, &resampled);
+        let side = |over: fn(&Trip) -> f64| pairs.side(over, &central, &levelised, &resampled);
         let cheaper = trips.iter().filter(|[a, b]| central[0].cost(a) < central[1].cost(b));
         let share_of_trips_a_cheaper = cheaper.count() as f64 / trips.len() as f64;
         let distance = pairs.has_life().then(|| {
@@ -162,8 +153,8 @@ impl CostDifference {
             currency: a.costing.currency.clone(),
             pairs: trips.len() as u64,
             left_out,
-            per_km: side(Over::Km)?,
-            per_tkm: side(Over::Tkm),
+            per_km: side(|trip| trip.km)?,
+            per_tkm: side(|trip| trip.tkm),
             share_of_trips_a_cheaper,
             break_even_distance_km_per_a: distance,
             break_even_prices: pairs.break_even_prices(&states, &resampled),
@@ -201,18 +192,12 @@ fn break_even_price(at_zero: f64, at_one: f64) -> Option<f64> {
 impl BreakEven {
     fn of(value: Option<f64>, trips: &[Option<f64>], states: &[Option<f64>]) -> Self {
         let sample: Option<Vec<f64>> = trips.iter().copied().collect();
-        let ci95 = sample.filter(|_| value.is_some()).and_then(interval);
+        let ci95 = sample.filter(|_| value.is_some()).and_then(percentiles);
         let count = states.len() as f64;
         let known: Vec<f64> = states.iter().copied().flatten().collect();
         let share_of_states = (count > 0.0).then(|| known.len() as f64 / count);
         Self { value, ci95, share_of_states, states: Percentiles::of(known) }
     }
-}
-
-/// 95 % interval of a bootstrap sample.
-fn interval(mut sample: Vec<f64>) -> Option<[f64; 2]> {
-    sample.sort_unstable_by(f64::total_cmp);
-    Some([quantile(&sample, 0.025)?, quantile(&sample, 0.975)?])
 }
 
 impl Pairs<'_> {
@@ -253,11 +238,8 @@ impl Pairs<'_> {
             return Vec::new();
         }
         let sample = |number| {
-            let mut draws = Draws::new(seed, number, Stream::Bootstrap);
             let mut drawn = vec![0.0_f64; n];
-            for _ in 0..n {
-                drawn[(draws.uniform() * n as f64) as usize] += 1.0;
-            }
+            drawn_again(seed, number, n).for_each(|k| drawn[k] += 1.0);
             [0, 1].map(|side| {
                 let mut total = self.batches[0][side].clone();
                 total.scale(drawn[0]);
@@ -274,7 +256,7 @@ impl Pairs<'_> {
 
     fn side(
         &self,
-        over: Over,
+        over: fn(&Trip) -> f64,
         central: &Both,
         states: &[Both],
         resampled: &[[Trip; 2]],
@@ -293,12 +275,12 @@ impl Pairs<'_> {
             a,
             b,
             difference: b - a,
-            difference_ci95: interval(
+            difference_ci95: percentiles(
                 resampled.iter().map(|trips| difference(central, trips)).collect(),
             ),
             difference_of_states: Percentiles::of(over_states),
             probability_a_cheaper: cheaper(&self.all),
-            probability_ci95: interval(resampled.iter().map(cheaper).collect()),
+            probability_ci95: percentiles(resampled.iter().map(cheaper).collect()),
         })
     }
 
@@ -336,13 +318,9 @@ impl Pairs<'_> {
 }
 
 /// Both sides over a denominator; none where one is nothing.
-fn sides(over: Over, both: &Both, trips: &[Trip; 2]) -> Option<[f64; 2]> {
+fn sides(over: fn(&Trip) -> f64, both: &Both, trips: &[Trip; 2]) -> Option<[f64; 2]> {
     let side = |k: usize| {
-        let (cost, Trip { km, tkm, .. }) = (both[k].cost(&trips[k]), &trips[k]);
-        let over = match over {
-            Over::Km => *km,
-            Over::Tkm => *tkm,
-        };
+        let (cost, over) = (both[k].cost(&trips[k]), over(&trips[k]));
         (over > 0.0).then(|| cost / over)
     };
     Some([side(0)?, side(1)?])

@@ -69,6 +69,14 @@ impl Dependence {
         self.pool.is_some() || self.shares_days
     }
 
+    /// The group of cycles that a cycle depends on: its replicate, or its batch.
+    pub(super) fn group_of(self, cycle_id: u64) -> u64 {
+        match self.replicates {
+            Some(replicates) => cycle_id / self.trips_per_truck % replicates,
+            None => cycle_id / self.batch,
+        }
+    }
+
     /// The day on which trucks drive of a cycle, numbered without gaps.
     pub(super) fn day_of(self, cycle_id: u64) -> u64 {
         let trip = cycle_id % self.trips_per_truck;

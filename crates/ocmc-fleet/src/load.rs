@@ -41,9 +41,11 @@ pub struct Load {
 }
 
 /// The load curves of a fleet.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
 pub struct LoadCurves {
     /// Those of each kind of chargers that was used, in the order of [`ChargingPlace::ALL`].
+    #[serde(skip)]
     pub rows: Vec<Load>,
     /// What was charged where.
     pub places: Vec<LoadOfPlace>,

@@ -122,3 +122,10 @@ impl PartSums {
         if parts.iter().all(|part| part.distance_m == 0.0) { Vec::new() } else { parts }
     }
 }
+
+/// Adds what a record knows to a sum over the records that know it.
+pub(super) fn add_known(sum: &mut Option<f64>, part: Option<f64>) {
+    if let Some(part) = part {
+        *sum = Some(sum.unwrap_or(0.0) + part);
+    }
+}

@@ -164,17 +164,15 @@ pub const CONSUMPTIONS: [&str; Carrier::COUNT + 2] = {
     all
 };
 
+/// A quantity that is averaged by a weight.
+const fn mean_by<'a>(weight: Weight, column: &'a str, value: Value<'a>) -> NamedQuantity<'a> {
+    let (times, over) = (weight, weight);
+    NamedQuantity { column, value, of: column, times, over, counts_cut_short: true }
+}
+
 /// A quantity per distance.
 const fn per_distance(column: &'static str, value: Value<'static>) -> RecordQuantity {
-    let weight = Weight::Distance;
-    RecordQuantity {
-        column,
-        value,
-        of: column,
-        times: weight,
-        over: weight,
-        counts_cut_short: true,
-    }
+    mean_by(Weight::Distance, column, value)
 }
 
 /// A quantity per tonne of payload and distance, of which `of` is that per distance.
@@ -183,14 +181,7 @@ const fn per_tonne_distance(
     value: Value<'static>,
     of: &'static str,
 ) -> RecordQuantity {
-    RecordQuantity {
-        column,
-        value,
-        of,
-        times: Weight::Distance,
-        over: Weight::TonneDistance,
-        counts_cut_short: true,
-    }
+    RecordQuantity { of, over: Weight::TonneDistance, ..per_distance(column, value) }
 }
 
 /// The quantities, in the order in which they are reported.
@@ -216,14 +207,7 @@ pub const QUANTITIES: [RecordQuantity; 2 * Carrier::COUNT + OTHERS.len()] = {
 /// The quantities behind those of the carriers.
 const OTHERS: [RecordQuantity; 10] = [
     per_distance(ALL_STORES.name, Value::Of(Record::all_kwh_per_km)),
-    RecordQuantity {
-        column: WHOLE_TRIP,
-        value: Value::Of(|r| r.whole_trip_kwh_per_km),
-        of: WHOLE_TRIP,
-        times: Weight::WholeTrip,
-        over: Weight::WholeTrip,
-        counts_cut_short: true,
-    },
+    mean_by(Weight::WholeTrip, WHOLE_TRIP, Value::Of(|r| r.whole_trip_kwh_per_km)),
     per_distance(WHEEL, Value::Of(|r| Some(r.wheel_kwh_per_km))),
     per_distance("co2_g_per_km", Value::Of(|r| r.co2_g_per_km)),
     per_distance("grid_co2_g_per_km", Value::Of(|r| r.grid_co2_g_per_km)),
@@ -233,21 +217,10 @@ const OTHERS: [RecordQuantity; 10] = [
         Value::Of(|r| r.well_to_wheel_g_per_tkm),
         WELL_TO_WHEEL,
     ),
+    mean_by(Weight::Duration, "mean_speed_mps", Value::Of(|r| Some(r.mean_speed_mps))),
     RecordQuantity {
-        column: "mean_speed_mps",
-        value: Value::Of(|r| Some(r.mean_speed_mps)),
-        of: "mean_speed_mps",
-        times: Weight::Duration,
-        over: Weight::Duration,
-        counts_cut_short: true,
-    },
-    RecordQuantity {
-        column: "duration_s",
-        value: Value::Of(|r| Some(r.duration_s)),
-        of: "duration_s",
-        times: Weight::One,
-        over: Weight::One,
         counts_cut_short: false,
+        ..mean_by(Weight::One, "duration_s", Value::Of(|r| Some(r.duration_s)))
     },
     per_distance(
         "stops_per_km",
@@ -286,8 +259,7 @@ pub fn quantity_of_column<'a, 'b>(
         None if parts.any(|part| part == name) => Value::Part(name),
         None => return None,
     };
-    let (times, over) = (Weight::One, Weight::One);
-    Some(NamedQuantity { column: name, value, of: name, times, over, counts_cut_short: false })
+    Some(NamedQuantity { counts_cut_short: false, ..mean_by(Weight::One, name, value) })
 }
 
 /// The consumption that these cycles have: of what their trucks store, else the work at the wheels.

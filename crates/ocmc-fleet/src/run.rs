@@ -64,9 +64,7 @@ impl RunPlan {
         let pick_freeze = PickFreeze::NONE;
         Self { seed, first_cycle, cycles, pick_freeze, threads, chunk, level: CpuLevel::best() }
     }
-}
 
-impl RunPlan {
     /// The plan with chunks of whole trucks: as many as fill the lanes, where there are enough for
     /// all threads.
     fn of_trucks(&self, study: &Study) -> Self {

@@ -304,17 +304,14 @@ fn share_out(
     groups: &[FactorGroup],
     designs: &[Vec<Output>],
 ) -> Result<Sensitivity, SensitivityError> {
-    let group_of = |cycle_id: u64| match dependence.replicates {
-        Some(replicates) => cycle_id / dependence.trips_per_truck % replicates,
-        None => cycle_id / dependence.batch,
-    };
     let (mut failed_rows, mut rows_without_value) = (0, 0);
     let mut complete = Vec::new();
     let mut dependent: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for row in 0..plan.cycles {
         match whole(designs, row as usize) {
             Ok(outputs) => {
-                dependent.entry(group_of(plan.first_cycle + row)).or_default().push(complete.len());
+                let group = dependence.group_of(plan.first_cycle + row);
+                dependent.entry(group).or_default().push(complete.len());
                 complete.push(outputs);
             }
             Err(Missing::NotCompleted) => failed_rows += 1,

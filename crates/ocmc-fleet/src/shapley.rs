@@ -26,8 +26,8 @@ use super::run::{RunPlan, records};
 use super::sensitivity::{
     FactorGroup, LEAST_ROWS, Output, Over, SensitivityError, factor_groups, rows_of, values,
 };
-use super::variance_share::{BOOTSTRAP_SAMPLES, LEAST_GROUPS, percentiles};
-use ocmc_core::random::{Draws, PickFreeze, Stream, StreamSet};
+use super::variance_share::{BOOTSTRAP_SAMPLES, LEAST_GROUPS, drawn_again, percentiles};
+use ocmc_core::random::{PickFreeze, StreamSet};
 use ocmc_core::study::Study;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -118,11 +118,7 @@ fn share_out(
             designs.iter().map(|design| design[row as usize]).collect();
         let Ok(outputs) = outputs else { continue };
         rows += 1;
-        let cycle_id = plan.first_cycle + row;
-        let group = match dependence.replicates {
-            Some(replicates) => cycle_id / dependence.trips_per_truck % replicates,
-            None => cycle_id / dependence.batch,
-        };
+        let group = dependence.group_of(plan.first_cycle + row);
         let sums = groups.entry(group).or_insert_with(|| vec![0.0; names.len() + 1]);
         for (sum, term) in sums.iter_mut().zip(terms(&outputs, &weights)) {
             *sum += term;
@@ -140,11 +136,8 @@ fn share_out(
     let mut samples = vec![Vec::new(); names.len()];
     let bootstrap = if groups.len() < LEAST_GROUPS { 0 } else { BOOTSTRAP_SAMPLES };
     for number in 0..bootstrap {
-        let mut draws = Draws::new(plan.seed, number, Stream::Bootstrap);
-        let count = groups.len();
-        let drawn: Vec<usize> =
-            (0..count).map(|_| (draws.uniform() * count as f64) as usize).collect();
-        let (found, _) = self::shares(drawn.iter().map(|group| &groups[*group]), names.len());
+        let drawn = drawn_again(plan.seed, number, groups.len());
+        let (found, _) = self::shares(drawn.map(|group| &groups[group]), names.len());
         samples.iter_mut().zip(found).for_each(|(sample, share)| sample.push(share));
     }
     let factors = names.iter().zip(shares).zip(samples);
@@ -203,6 +196,7 @@ fn terms(outputs: &[f64], weights: &[Vec<f64>]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::sensitivity::Missing;
+    use ocmc_core::random::{Draws, Stream};
     use std::f64::consts::PI;
 
     const NAMES: [&str; 4] = ["a", "b", "c", "d"];

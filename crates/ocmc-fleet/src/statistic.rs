@@ -111,3 +111,11 @@ impl Serialize for Statistic {
         map.end()
     }
 }
+
+/// Statistics as a map from their names.
+pub(super) fn by_name<S: Serializer>(
+    statistics: &[Statistic],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(statistics.iter().map(|statistic| (statistic.column, statistic)))
+}

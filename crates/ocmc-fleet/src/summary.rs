@@ -5,25 +5,24 @@ use super::charging::ChargingSummary;
 use super::clustering::Clusters;
 use super::dependence::Dependence;
 use super::load::{LoadBuilder, LoadCurves};
-use super::parts::{FleetPart, PartSums};
+use super::parts::{FleetPart, PartSums, add_known};
 use super::quantile::{interval_of_clusters, quantile};
 use super::quantity::{
     CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, WHOLE_TRIP, Weight, quantity,
 };
 use super::ratio::Ratio;
 use super::run::RunPlan;
-use super::statistic::Statistic;
+use super::statistic::{Statistic, by_name};
 use super::truck_arrivals::{TruckArrivalBuilder, TruckArrivals};
 use super::truck_year::{TripTotals, TruckSummary, TruckYearBuilder};
 use super::uncertainty::{Effects, ParameterUncertainty};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
-use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use std::ops::ControlFlow;
 
 /// The fleet's answers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Cycles driven.
     pub cycles: u64,
@@ -34,6 +33,7 @@ pub struct Summary {
     /// Time integrated in all cycles, in s.
     pub simulated_s: f64,
     /// The quantities, over the cycles that count ([`RecordQuantity::of_cycle`]).
+    #[serde(serialize_with = "by_name")]
     pub statistics: Vec<Statistic>,
     /// What the mean owes to uncertain numbers of the study. It takes drives of its own: see
     /// [`Summary::add_uncertainty`].
@@ -43,17 +43,23 @@ pub struct Summary {
     /// Where powertrains came to their limits and left their maps.
     pub saturation: Saturation,
     /// What trucks add up to; none where each trip has a truck of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub trucks: Option<TruckSummary>,
     /// What road types and event kinds took; none where cycles are not broken down.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<FleetPart>,
     /// Cycles whose payload was cut at the legal gross mass.
+    #[serde(skip_serializing_if = "is_zero")]
     pub payloads_cut: u64,
     /// What trips had to charge; none where the study does not say how.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub charging: Option<ChargingSummary>,
     /// What chargers draw from the grid by quarter of an hour; none where nothing was charged by a
     /// policy.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub loads: Option<LoadCurves>,
     /// Trucks whose trips arrive, of battery trucks that make several; empty where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub truck_arrivals: Vec<TruckArrivals>,
 }
 
@@ -76,13 +82,9 @@ pub const OUTSIDE_MAP_SHARE: f64 = 1e-3;
 impl Saturation {
     fn add(&mut self, record: &Record) {
         let outside_map_s = record.outside_map_s.unwrap_or(0.0);
-        let more = |sum: Option<f64>, part: Option<f64>| match (sum, part) {
-            (sum, None) => sum,
-            (sum, Some(part)) => Some(sum.unwrap_or(0.0) + part),
-        };
         self.cycles += u64::from(record.limited_s.unwrap_or(0.0) + outside_map_s > 0.0);
-        self.limited_s = more(self.limited_s, record.limited_s);
-        self.missing_energy_j = more(self.missing_energy_j, record.missing_energy_j);
+        add_known(&mut self.limited_s, record.limited_s);
+        add_known(&mut self.missing_energy_j, record.missing_energy_j);
         self.outside_map_s += outside_map_s;
     }
 }
@@ -192,62 +194,9 @@ impl Summary {
     }
 }
 
-impl Serialize for Summary {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry("cycles", &self.cycles)?;
-        map.serialize_entry("outcomes", &self.outcomes)?;
-        map.serialize_entry("distance_m", &self.distance_m)?;
-        map.serialize_entry("simulated_s", &self.simulated_s)?;
-        map.serialize_entry("statistics", &StatisticsByName(&self.statistics))?;
-        map.serialize_entry("parameter_uncertainty", &self.parameter_uncertainty)?;
-        map.serialize_entry("worst_case", &self.worst_case)?;
-        map.serialize_entry("saturation", &self.saturation)?;
-        if let Some(trucks) = &self.trucks {
-            map.serialize_entry("trucks", trucks)?;
-        }
-        if !self.parts.is_empty() {
-            map.serialize_entry("parts", &self.parts)?;
-        }
-        if self.payloads_cut > 0 {
-            map.serialize_entry("payloads_cut", &self.payloads_cut)?;
-        }
-        if let Some(charging) = &self.charging {
-            map.serialize_entry("charging", charging)?;
-        }
-        if let Some(loads) = &self.loads {
-            map.serialize_entry("loads", &loads.places)?;
-        }
-        if !self.truck_arrivals.is_empty() {
-            map.serialize_entry("truck_arrivals", &self.truck_arrivals)?;
-        }
-        map.end()
-    }
-}
-
-impl Serialize for TruckSummary {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry("trucks", &self.trucks)?;
-        map.serialize_entry("years", &self.years)?;
-        map.serialize_entry("truck_months", &StatisticsByName(&self.truck_months))?;
-        map.serialize_entry("truck_years", &StatisticsByName(&self.truck_years))?;
-        map.serialize_entry("fleet_year", &self.totals)?;
-        map.serialize_entry("components", &self.components)?;
-        if let Some(note) = self.note {
-            map.serialize_entry("note", note)?;
-        }
-        map.end()
-    }
-}
-
-/// Statistics as a map from their names, for [`Serialize`].
-struct StatisticsByName<'a>(&'a [Statistic]);
-
-impl Serialize for StatisticsByName<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|statistic| (statistic.column, statistic)))
-    }
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "the form that serde calls")]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Collects records in the order of their cycle ids, and keeps of each only what the summary needs:

@@ -22,9 +22,8 @@
 //! the idea; the estimator is ours \[D\].
 
 use super::components::{Spread, components};
-use super::quantile::quantile;
 use super::quantity::{RecordQuantity, consumption};
-use ocmc_core::random::{Draws, Stream};
+use super::variance_share::{drawn_again, percentiles};
 use ocmc_core::record::Record;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -218,7 +217,7 @@ impl Training {
             hits as f64 / chosen as f64
         };
         let most = drivers.iter().map(|driver| driver.trips.len()).max().unwrap_or(0);
-        let by_trips = RECORDED.into_iter().filter(|trips| *trips < most).map(|trips| {
+        let choice = |trips: usize| {
             let standings = standings(trips);
             Choice {
                 trips,
@@ -226,13 +225,9 @@ impl Training {
                 shown: shown(&standings),
                 gain: gained(&standings, By::Records, options)[0],
             }
-        });
-        let whole = Choice {
-            trips: most,
-            truly_worst: truly_worst(&all),
-            shown: shown(&all),
-            gain: gained(&all, By::Records, options)[0],
         };
+        let by_trips = RECORDED.into_iter().filter(|trips| *trips < most).map(choice);
+        let whole = choice(most);
         let by_trips = by_trips.chain([whole]).collect();
         let places = ranked(&all, By::Records);
         let distance: f64 = places[..chosen].iter().map(|k| all[*k].excess.distance_m).sum();
@@ -336,10 +331,7 @@ fn samples(standings: &[Standing], options: &TrainingOptions) -> Vec<Vec<Standin
     if n < LEAST_DRIVERS {
         return Vec::new();
     }
-    let sample = |number| {
-        let mut draws = Draws::new(options.seed, number, Stream::Bootstrap);
-        (0..n).map(|_| standings[(draws.uniform() * n as f64) as usize]).collect()
-    };
+    let sample = |number| drawn_again(options.seed, number, n).map(|k| standings[k]).collect();
     (0..RESAMPLES).map(sample).collect()
 }
 
@@ -354,11 +346,7 @@ impl Gain {
         let [of_quantity, time_s_per_m, money] = gained(standings, by, options);
         let drawn: Vec<[f64; 3]> =
             samples.iter().map(|sample| gained(sample, by, options)).collect();
-        let interval = |k: usize| {
-            let mut values: Vec<f64> = drawn.iter().map(|gains| gains[k]).collect();
-            values.sort_unstable_by(f64::total_cmp);
-            Some([quantile(&values, 0.025)?, quantile(&values, 0.975)?])
-        };
+        let interval = |k: usize| percentiles(drawn.iter().map(|gains| gains[k]).collect());
         Self {
             of_quantity,
             of_quantity_ci95: interval(0),
@@ -373,6 +361,7 @@ impl Gain {
 mod tests {
     use super::*;
     use ocmc_core::energy::Carrier;
+    use ocmc_core::random::{Draws, Stream};
 
     const OPTIONS: TrainingOptions = TrainingOptions { share: 0.2, is_trained: false, seed: 1 };
 

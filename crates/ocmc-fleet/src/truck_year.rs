@@ -20,9 +20,10 @@
 use super::clustering::{Clusters, Spread as Error};
 use super::components::{Components, Spread, components};
 use super::dependence::Dependence;
+use super::parts::add_known;
 use super::quantity::{CONSUMPTIONS, QUANTITIES, quantity};
 use super::ratio::{Ratio, student_975};
-use super::statistic::Statistic;
+use super::statistic::{Statistic, by_name};
 use ocmc_core::energy::carrier::{CARRIERS, Carrier};
 use ocmc_core::random::nesting::DAYS_OF_YEAR;
 use ocmc_core::record::{Outcome, Record};
@@ -74,11 +75,6 @@ impl TruckTime {
             return;
         }
         self.n_counted += 1;
-        let more = |sum: &mut Option<f64>, part: Option<f64>| {
-            if let Some(part) = part {
-                *sum = Some(sum.unwrap_or(0.0) + part);
-            }
-        };
         self.distance_m += record.distance_m;
         self.duration_s += record.duration_s;
         self.payload_distance_kgm += record.payload_kg * record.distance_m;
@@ -87,11 +83,11 @@ impl TruckTime {
         for (k, declared) in CARRIERS.iter().enumerate() {
             let amount = record.amount(declared.carrier);
             let consumption = record.consumption(declared.carrier);
-            more(&mut self.taken[k], amount);
+            add_known(&mut self.taken[k], amount);
             let in_litres = consumption.map(|litres| litres * km / 100.0);
-            more(&mut self.sold[k], if declared.sold.is_some() { in_litres } else { amount });
+            add_known(&mut self.sold[k], if declared.sold.is_some() { in_litres } else { amount });
         }
-        more(&mut self.co2_kg, record.co2_g_per_km.map(|grams| grams * km / 1000.0));
+        add_known(&mut self.co2_kg, record.co2_g_per_km.map(|grams| grams * km / 1000.0));
         let consumption = CONSUMPTIONS.iter().find_map(|column| quantity(column)?.totals(record));
         if let Some((y, x)) = consumption {
             for (product, part) in self.products.iter_mut().zip([y * y, x * y, x * x]) {
@@ -182,10 +178,8 @@ impl SharedTrip {
 impl TruckYearBuilder {
     /// Adds the next trip.
     pub fn add(&mut self, record: &Record, dependence: Dependence) {
-        let (truck_id, trip) = (
-            record.cycle_id / dependence.trips_per_truck,
-            record.cycle_id % dependence.trips_per_truck,
-        );
+        let trips = dependence.trips_per_truck;
+        let (truck_id, trip) = (record.cycle_id / trips, record.cycle_id % trips);
         let year = dependence.days.map_or(0, |days| days.day_of(trip) / DAYS_OF_YEAR);
         let day = (record.departure_s_of_year / DAY_S) as u64 % DAYS_OF_YEAR;
         let month = MONTH_ENDS.iter().position(|end| day < *end).unwrap_or(11) as u64;
@@ -334,25 +328,31 @@ fn by_month(months: &[TruckTime]) -> [Option<f64>; 12] {
 }
 
 /// What the trucks of a fleet add up to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TruckSummary {
     /// Trucks.
     pub trucks: u64,
     /// Years that they drive.
     pub years: u64,
     /// The quantities over truck-months.
+    #[serde(serialize_with = "by_name")]
     pub truck_months: Vec<Statistic>,
     /// The quantities over truck-years.
+    #[serde(serialize_with = "by_name")]
     pub truck_years: Vec<Statistic>,
     /// Totals of the fleet's year.
+    #[serde(rename = "fleet_year")]
     pub totals: Totals,
     /// How the consumption of trips is spread; none without two trucks and two trips of one.
     pub components: Option<Components>,
     /// The fleet's consumption in each month of the year, total over total; none where no trip is.
+    #[serde(skip)]
     pub by_month: [Option<f64>; 12],
     /// What has to be known of the intervals.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'static str>,
     /// Each truck-year.
+    #[serde(skip)]
     pub rows: Vec<TruckTime>,
 }
 

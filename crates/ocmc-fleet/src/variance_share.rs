@@ -110,8 +110,7 @@ impl Outputs {
         let count = self.groups.len();
         let bootstrap = if count < LEAST_GROUPS { 0 } else { BOOTSTRAP_SAMPLES };
         for number in 0..bootstrap {
-            let mut draws = Draws::new(seed, number, Stream::Bootstrap);
-            let drawn = (0..count).map(|_| (draws.uniform() * count as f64) as usize);
+            let drawn = drawn_again(seed, number, count);
             let rows: Vec<usize> = drawn.flat_map(|group| self.groups[group].clone()).collect();
             for (sample, (first, total)) in samples.iter_mut().zip(estimate(&rows)) {
                 sample.0.push(first);
@@ -129,6 +128,12 @@ impl Outputs {
             })
             .collect()
     }
+}
+
+/// Which of `count` parts a bootstrap sample of that number has, drawn with replacement.
+pub(super) fn drawn_again(seed: u64, number: u64, count: usize) -> impl Iterator<Item = usize> {
+    let mut draws = Draws::new(seed, number, Stream::Bootstrap);
+    (0..count).map(move |_| (draws.uniform() * count as f64) as usize)
 }
 
 /// 2.5 % and 97.5 % points of bootstrap estimates, where there are any.
