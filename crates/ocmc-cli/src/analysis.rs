@@ -2,18 +2,17 @@
 //! studies differ under common random numbers.
 
 use crate::arguments::{
-    FileOptions, RangeArguments, StudyOptions, check_range, one_of, whole_number,
+    FileOptions, FiledWorkOptions, RangeArguments, StudyOptions, check_range, one_of, whole_number,
 };
 use crate::failure::Failure;
 use crate::output;
-use crate::progress::watched;
 use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
 use clap::error::Error as ArgumentError;
 use clap::{Arg, Args, Command};
 use ocmc_api::study::LoadedStudy;
 use ocmc_api::{
-    CompareRequest, FORMATS, MOST_THREADS, OVERS, Over, REPORT, RecordFormat, SensitivityRequest,
-    check_empty, columns, compared_columns, factors,
+    CompareRequest, FORMATS, OVERS, Over, REPORT, RecordFormat, SensitivityAnswer,
+    SensitivityRequest, Watch, columns, compared_columns, factors,
 };
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -24,6 +23,7 @@ const MOST_CROSSED: u64 = 1_000_000;
 
 /// Options of an analysis that drives many cycles.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("out", |out| out.help("Directory for records, tables and a page; it has to be empty, and is made where it is not there")))]
 struct AnalysisArguments {
     #[command(flatten)]
     range: RangeArguments,
@@ -31,30 +31,15 @@ struct AnalysisArguments {
     /// all have]
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(columns()))]
     column: Option<String>,
-    /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
-    threads: Option<usize>,
-    /// Directory for records, tables and a page; it has to be empty, and is made where it is not
-    /// there
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    work: FiledWorkOptions,
 }
 
 impl AnalysisArguments {
-    /// Checks, before anything is driven, that nothing is in the directory.
-    fn check_out(&self) -> Result<(), Failure> {
-        Ok(self.out.as_deref().map_or(Ok(()), check_empty)?)
-    }
-
     /// What was written, and where.
     fn note_out(&self, files: &str) {
-        if let Some(directory) = self.out.as_ref().filter(|_| !self.quiet && !self.json) {
+        let FiledWorkOptions { out, answer, .. } = &self.work;
+        if let Some(directory) = out.as_ref().filter(|_| !answer.quiet && !answer.json) {
             let shown = directory.display();
             output::note(&format!("Written to `{shown}`: {files}. Any browser opens {REPORT}."));
         }
@@ -139,8 +124,8 @@ pub(crate) struct CompareArguments {
 pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failure> {
     let SensitivityArguments { study, factor, crossed, shapley, over, analysis } = arguments;
     let study = &study.load()?;
-    analysis.check_out()?;
-    let plan = analysis.range.plan(analysis.threads)?;
+    analysis.work.check_out()?;
+    let plan = analysis.range.plan(analysis.work.threads)?;
     if let Some(cycles) = *crossed {
         check_range(plan.first_cycle, cycles).map_err(|_| {
             let text = "--first-cycle with --crossed goes beyond the largest cycle id";
@@ -151,11 +136,8 @@ pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failur
     let column = analysis.column.clone();
     let (over, crossed, shapley) = (over.unwrap_or_default(), *crossed, *shapley);
     let request = SensitivityRequest { study, plan, column, factors, over, crossed, shapley };
-    let answer = watched(analysis.quiet, |watch| ocmc_api::sensitivity(&request, watch))?;
-    if let Some(directory) = &analysis.out {
-        answer.save(directory)?;
-    }
-    output::print(&answer, analysis.json)?;
+    let ask = |watch: &mut Watch| ocmc_api::sensitivity(&request, watch);
+    analysis.work.write(ask, SensitivityAnswer::save)?;
     analysis.note_out("the design, the study, sensitivity.json and a page");
     Ok(())
 }
@@ -164,18 +146,16 @@ pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failur
 pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
     let analysis = &arguments.analysis;
     let named = named(arguments)?;
-    analysis.check_out()?;
+    analysis.work.check_out()?;
     let request = CompareRequest {
         studies: named.iter().map(|(name, loaded)| (name.clone(), loaded)).collect(),
-        plan: analysis.range.plan(analysis.threads)?,
+        plan: analysis.range.plan(analysis.work.threads)?,
         column: analysis.column.clone(),
-        keep: analysis.out.is_some(),
+        keep: analysis.work.out.is_some(),
     };
-    let answer = watched(analysis.quiet, |watch| ocmc_api::compare(&request, watch))?;
-    if let Some(directory) = &analysis.out {
-        answer.save(directory, arguments.format.unwrap_or_default())?;
-    }
-    output::print(&answer, analysis.json)?;
+    let ask = |watch: &mut Watch| ocmc_api::compare(&request, watch);
+    let format = arguments.format.unwrap_or_default();
+    analysis.work.write(ask, |answer, directory| answer.save(directory, format))?;
     analysis.note_out("the runs, their pairs, the studies, comparison.json and a page");
     Ok(())
 }

@@ -1,13 +1,21 @@
 //! What commands have in common of what the user types: plain data, and how values are read.
 
 use crate::failure::Failure;
+use crate::output;
+use crate::progress::watched;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use ocmc_api::study::{self, Files, Given, LoadedStudy};
-use ocmc_api::{LAST_CYCLE_ID, RunPlan, Source, UTC_OFFSETS_H, Word};
+use ocmc_api::{
+    Answer, Error, LAST_CYCLE_ID, MOST_THREADS, RunPlan, Source, UTC_OFFSETS_H, Watch, Word,
+    check_empty,
+};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+
+/// Most trips of a truck.
+pub(crate) const MOST_TRIPS: u64 = 1_000_000;
 
 /// The files that a study may name.
 #[derive(Clone, Copy, Debug, Args)]
@@ -74,6 +82,70 @@ impl RangeArguments {
     pub(crate) fn plan(self, threads: Option<usize>) -> Result<RunPlan, Failure> {
         check_range(self.first_cycle, self.cycles)?;
         Ok(RunPlan::new(self.seed, self.first_cycle, self.cycles, threads, None))
+    }
+}
+
+/// How an answer is waited for and given.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct AnswerOptions {
+    /// No progress
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl AnswerOptions {
+    /// Asks a question, and prints its answer.
+    pub(crate) fn print<A: Answer>(
+        self,
+        ask: impl FnOnce(&mut Watch) -> Result<A, Error>,
+    ) -> Result<(), Failure> {
+        output::print(&watched(self.quiet, ask)?, self.json)
+    }
+}
+
+/// How many threads find an answer, and how it is given.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct WorkOptions {
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) answer: AnswerOptions,
+}
+
+/// As [`WorkOptions`], of answers that are files, too.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct FiledWorkOptions {
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    pub(crate) threads: Option<usize>,
+    /// Directory for tables, pictures and a page; it has to be empty, and is made where it is not
+    /// there
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) answer: AnswerOptions,
+}
+
+impl FiledWorkOptions {
+    /// Checks, before anything is driven, that nothing is in the directory.
+    pub(crate) fn check_out(&self) -> Result<(), Failure> {
+        Ok(self.out.as_deref().map_or(Ok(()), check_empty)?)
+    }
+
+    /// Asks a question, writes the files of its answer where there is a directory for them, and
+    /// prints it.
+    pub(crate) fn write<A: Answer>(
+        &self,
+        ask: impl FnOnce(&mut Watch) -> Result<A, Error>,
+        save: impl FnOnce(&A, &Path) -> Result<(), Error>,
+    ) -> Result<(), Failure> {
+        let answer = watched(self.answer.quiet, ask)?;
+        self.out.as_deref().map_or(Ok(()), |directory| save(&answer, directory))?;
+        output::print(&answer, self.answer.json)
     }
 }
 

@@ -1,12 +1,12 @@
 //! `ocmc bound`: the least energy for the same road, truck and trip time, and how far drivers are
 //! from it.
 
-use crate::arguments::{RangeArguments, StudyOptions, whole_number};
+use crate::arguments::{RangeArguments, StudyOptions, WorkOptions, whole_number};
 use crate::failure::Failure;
 use crate::output::{self, Target};
 use crate::progress::watched;
 use clap::Args;
-use ocmc_api::{BoundRequest, LAST_CYCLE_ID, MOST_THREADS};
+use ocmc_api::{BoundRequest, LAST_CYCLE_ID};
 use std::path::PathBuf;
 
 /// Cycles whose bounds are asked for.
@@ -24,20 +24,13 @@ pub(crate) struct BoundArguments {
     /// is replaced
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
-    threads: Option<usize>,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    work: WorkOptions,
 }
 
 /// Finds the bounds and prints the potential.
 pub(crate) fn bound(arguments: &BoundArguments) -> Result<(), Failure> {
-    let BoundArguments { study, range, cycle_id, out, threads, quiet, json } = arguments;
+    let BoundArguments { study, range, cycle_id, out, work } = arguments;
     if out.is_some() && cycle_id.is_none() {
         return Err(Failure::Usage("--out is for one cycle: give --cycle-id, too".to_owned()));
     }
@@ -45,10 +38,10 @@ pub(crate) fn bound(arguments: &BoundArguments) -> Result<(), Failure> {
     let study = &study.load()?;
     let range =
         cycle_id.map_or(*range, |id| RangeArguments { cycles: 1, first_cycle: id, ..*range });
-    let request = BoundRequest { study, plan: range.plan(*threads)? };
-    let answer = watched(*quiet, |watch| ocmc_api::bound(&request, watch))?;
+    let request = BoundRequest { study, plan: range.plan(work.threads)? };
+    let answer = watched(work.answer.quiet, |watch| ocmc_api::bound(&request, watch))?;
     if let (Some(target), Some(optimum)) = (target, &answer.optimum) {
         target.write(optimum, |bytes| optimum.write_csv(bytes))?;
     }
-    output::print(&answer, *json)
+    output::print(&answer, work.answer.json)
 }

@@ -1,13 +1,12 @@
 //! `ocmc calibrate`: the laws behind measured tables.
 
-use crate::arguments::{StudyOptions, whole_number};
+use crate::arguments::{AnswerOptions, StudyOptions, whole_number};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::watched;
-use crate::study::write_new;
+use crate::study::write_fitted;
 use clap::{Args, Subcommand};
-use ocmc_api::shell_word::shell_word;
-use ocmc_api::study::{self, fitted_study};
+use ocmc_api::study;
 use ocmc_api::{
     CalibrateCurveSpeedRequest, CalibrationOptions, CurveSpeedOptions, MeasuredTable, Source,
     Trips, mappings,
@@ -57,12 +56,8 @@ pub(crate) struct CurveSpeedArguments {
     /// m/s²
     #[arg(long, value_name = "MPS2", default_value = "0", allow_negative_numbers = true)]
     least_lateral: f64,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: AnswerOptions,
     /// Study file to write: the study with the calibrated law laid over it
     #[arg(long, value_name = "FILE")]
     study_out: Option<PathBuf>,
@@ -76,7 +71,7 @@ pub(crate) fn calibrate(command: &CalibrateCommand) -> Result<(), Failure> {
 }
 
 fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
-    let CurveSpeedArguments { table, quiet, json, study_out, .. } = arguments;
+    let CurveSpeedArguments { table, answer, study_out, .. } = arguments;
     let study = &arguments.study.load()?;
     let law;
     let measured = if is_study(table) {
@@ -103,17 +98,12 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
         ..CalibrationOptions::default()
     };
     let request = CalibrateCurveSpeedRequest { table: measured, study, options };
-    let answer = watched(*quiet, |watch| ocmc_api::calibrate_curve_speed(&request, watch))?;
-    output::print(&answer, *json)?;
+    let found = watched(answer.quiet, |watch| ocmc_api::calibrate_curve_speed(&request, watch))?;
+    output::print(&found, answer.json)?;
     let Some(path) = study_out else { return Ok(()) };
-    let name = path.file_stem().map_or("calibrated".into(), |stem| stem.to_string_lossy());
-    let note = format!("Written by `ocmc calibrate curve-speed` from `{}`.", table.display());
+    let by = ("calibrate curve-speed", &*format!("`{}`", table.display()));
     let base = arguments.study.study.to_string_lossy();
-    let (text, _) = fitted_study(&base, &name, &note, &answer.study)?;
-    write_new(path, &text)?;
-    let (shown, word) = (path.display(), shell_word(path));
-    output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));
-    Ok(())
+    write_fitted(path, &base, "calibrated", by, &found.study)
 }
 
 /// Whether a table is a study: by the ending of its file, or by the name of a built-in one.

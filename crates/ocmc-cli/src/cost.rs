@@ -1,11 +1,9 @@
 //! `ocmc cost`: what trips cost, and which of two studies costs less.
 
-use crate::arguments::{RangeArguments, StudyOptions, whole_number};
+use crate::arguments::{RangeArguments, StudyOptions, WorkOptions};
 use crate::failure::Failure;
-use crate::output;
-use crate::progress::watched;
 use clap::Args;
-use ocmc_api::{CostRequest, MOST_THREADS};
+use ocmc_api::CostRequest;
 use std::path::PathBuf;
 
 /// What is to be costed.
@@ -23,33 +21,17 @@ pub(crate) struct CostArguments {
     against: Option<PathBuf>,
     #[command(flatten)]
     range: RangeArguments,
-    /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
-    threads: Option<usize>,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    work: WorkOptions,
 }
 
 /// Costs the studies and prints what they cost.
 pub(crate) fn cost(arguments: &CostArguments) -> Result<(), Failure> {
-    let CostArguments { study, against, range, threads, quiet, json } = arguments;
+    let CostArguments { study, against, range, work } = arguments;
     let a = study.load()?;
     let b = against.as_ref().map(|other| study.load_other(other)).transpose()?;
-    let named = |loaded| (study_name(loaded), loaded);
-    let request = CostRequest {
-        study: named(&a),
-        against: b.as_ref().map(named),
-        plan: range.plan(*threads)?,
-    };
-    let answer = watched(*quiet, |watch| ocmc_api::cost(&request, watch))?;
-    output::print(&answer, *json)
-}
-
-/// What an answer calls a study.
-fn study_name(loaded: &ocmc_api::study::LoadedStudy) -> String {
-    loaded.origin.to_string()
+    let against = b.as_ref().map(|b| (b.origin.to_string(), b));
+    let study = (a.origin.to_string(), &a);
+    let request = CostRequest { study, against, plan: range.plan(work.threads)? };
+    work.answer.print(|watch| ocmc_api::cost(&request, watch))
 }

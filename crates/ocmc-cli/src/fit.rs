@@ -4,10 +4,9 @@ use crate::arguments::{FileOptions, one_of, share, sources, utc_offset_h, whole_
 use crate::failure::Failure;
 use crate::log::SteeringArguments;
 use crate::output::{self, warn};
-use crate::study::write_new;
+use crate::study::write_fitted;
 use clap::{Args, Subcommand};
-use ocmc_api::shell_word::shell_word;
-use ocmc_api::study::{StudyModel, fitted_study};
+use ocmc_api::study::StudyModel;
 use ocmc_api::{
     BESTS, Best, CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error,
     FitAnswer, FleetOptions, FleetRequest, HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS,
@@ -358,16 +357,9 @@ fn deliver<Fit: Serialize>(
     answer: &FitAnswer<Fit>,
 ) -> Result<(), Failure> {
     output::print(answer, arguments.json)?;
-    let Some(path) = &arguments.study_out else {
-        return Ok(());
-    };
-    let name = path.file_stem().map_or("fitted".into(), |stem| stem.to_string_lossy());
-    let note = format!("Written by `ocmc fit {command}` from {}.", named(files));
-    let (text, _) = fitted_study(&arguments.base, &name, &note, &answer.study)?;
-    write_new(path, &text)?;
-    let (shown, word) = (path.display(), shell_word(path));
-    output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));
-    Ok(())
+    let Some(path) = &arguments.study_out else { return Ok(()) };
+    let by = (&*format!("fit {command}"), &*named(files));
+    write_fitted(path, &arguments.base, "fitted", by, &answer.study)
 }
 
 /// Files by their names; of many, the first ones.

@@ -40,7 +40,7 @@ use fit::FitCommand;
 use log::{CurvesArguments, IdentifyArguments};
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::list;
-use range::RangeArguments;
+use range::BatteryRangeArguments;
 use road::{RoadArguments, ValidateArguments};
 use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
 use simulator_study::SimulatorStudyArguments;
@@ -107,7 +107,7 @@ enum Command {
     Training(TrainingArguments),
     /// Finds how far battery trucks come: which share arrives, by length of the trip, season and
     /// payload
-    Range(RangeArguments),
+    Range(BatteryRangeArguments),
     /// Finds how large a battery has to be for a share of the trips to arrive
     Size(SizeArguments),
     /// Compares with VECTO, from its own files: on VECTO's speed, by VECTO's driver and by ours

@@ -1,15 +1,15 @@
 //! `ocmc road`, `ocmc validate`: the road of a drive as an operating cycle, and measured drives
 //! over simulated ones on the same road.
 
-use crate::arguments::{StudyOptions, one_of, sources, whole_number};
+use crate::arguments::{FiledWorkOptions, StudyOptions, one_of, sources, whole_number};
 use crate::failure::Failure;
 use crate::log::SteeringArguments;
 use crate::output::{self, Target, warn};
-use crate::progress::{shown, watched};
+use crate::progress::shown;
 use clap::Args;
 use ocmc_api::{
-    Answer, CurveOptions, KEEPS, Keep, MOST_THREADS, MOST_TRIPS, MissingLimits, RUN_IN_M,
-    RoadOptions, RoadRequest, RunPlan, ValidateRequest, mappings,
+    Answer, CurveOptions, KEEPS, Keep, MOST_TRIPS, MissingLimits, RUN_IN_M, RoadOptions,
+    RoadRequest, RunPlan, ValidateAnswer, ValidateRequest, Watch, mappings,
 };
 use std::path::{Path, PathBuf};
 
@@ -64,6 +64,7 @@ pub(crate) struct RoadArguments {
 
 /// Options of `ocmc validate`.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("quiet", |quiet| quiet.help("No progress and no account of what was left out")))]
 pub(crate) struct ValidateArguments {
     #[command(flatten)]
     road_of_log: RoadOfLogArguments,
@@ -87,19 +88,8 @@ pub(crate) struct ValidateArguments {
     /// begin and end at rest
     #[arg(long, value_name = "M", default_value_t = RUN_IN_M, allow_negative_numbers = true)]
     run_in: f64,
-    /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
-    threads: Option<usize>,
-    /// Directory for tables, pictures and a page; it has to be empty, and is made where it is not
-    /// there
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// No progress and no account of what was left out
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    work: FiledWorkOptions,
 }
 
 impl RoadOfLogArguments {
@@ -127,12 +117,7 @@ pub(crate) fn road(arguments: &RoadArguments) -> Result<(), Failure> {
         steering: road.steering.steering()?,
         stops: !road.no_stops,
     };
-    let mut told = |text: &str| {
-        if !quiet {
-            warn(text);
-        }
-    };
-    let answer = shown(*quiet, |watch| ocmc_api::road(&request, &mut told, watch))?;
+    let answer = shown(*quiet, |watch| ocmc_api::road(&request, &mut told(*quiet), watch))?;
     if !quiet {
         output::note(answer.text().trim_end());
     }
@@ -149,6 +134,15 @@ pub(crate) fn road(arguments: &RoadArguments) -> Result<(), Failure> {
     }
 }
 
+/// Tells what was left out of logs, but to who asked for quiet.
+fn told(quiet: bool) -> impl FnMut(&str) {
+    move |text| {
+        if !quiet {
+            warn(text);
+        }
+    }
+}
+
 /// The name of one of several files.
 fn numbered(path: &Path, number: usize) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -158,14 +152,12 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
 
 /// Lays measured drives over simulated ones.
 pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
-    let ValidateArguments { road_of_log, study, quiet, json, out, .. } = arguments;
+    let ValidateArguments { road_of_log, study, work, .. } = arguments;
     if !(arguments.run_in >= 0.0 && arguments.run_in.is_finite()) {
         let text = format!("--run-in is {}: allowed is a number from 0 on", arguments.run_in);
         return Err(Failure::Usage(text));
     }
-    if let Some(directory) = out {
-        ocmc_api::check_empty(directory)?;
-    }
+    work.check_out()?;
     let request = ValidateRequest {
         logs: &sources(&road_of_log.logs),
         mappings: mappings(&road_of_log.map)?,
@@ -175,17 +167,10 @@ pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
         steering: road_of_log.steering.steering()?,
         stops: !road_of_log.no_stops,
         keep: arguments.keep.clone(),
-        plan: RunPlan::new(arguments.seed, 0, arguments.trips, arguments.threads, None),
+        plan: RunPlan::new(arguments.seed, 0, arguments.trips, work.threads, None),
         run_in_m: arguments.run_in,
     };
-    let mut told = |text: &str| {
-        if !quiet {
-            warn(text);
-        }
-    };
-    let answer = watched(*quiet, |watch| ocmc_api::validate(&request, &mut told, watch))?;
-    if let Some(directory) = out {
-        answer.save(directory)?;
-    }
-    output::print(&answer, *json)
+    let mut told = told(work.answer.quiet);
+    let ask = |watch: &mut Watch| ocmc_api::validate(&request, &mut told, watch);
+    work.write(ask, ValidateAnswer::save)
 }

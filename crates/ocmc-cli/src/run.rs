@@ -1,7 +1,7 @@
 //! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints
 //! what its fleet adds up to.
 
-use crate::arguments::{FileOptions, check_range, one_of, whole_number};
+use crate::arguments::{FileOptions, MOST_TRIPS, check_range, one_of, whole_number};
 use crate::failure::Failure;
 use crate::output::{self, warn};
 use crate::progress::watched;
@@ -18,9 +18,6 @@ use std::path::{Path, PathBuf};
 
 /// Most cycles that can be driven at a time by a thread: their records wait in memory.
 const LARGEST_CHUNK: u64 = 65_536;
-
-/// Most trips of a truck.
-const MOST_TRIPS: u64 = 1_000_000;
 
 /// Options of a run.
 #[derive(Clone, Debug, Args)]

@@ -1,11 +1,9 @@
 //! `ocmc size`: how large a battery has to be.
 
-use crate::arguments::{RangeArguments as CycleRange, StudyOptions, one_of, share, whole_number};
+use crate::arguments::{RangeArguments as CycleRange, StudyOptions, WorkOptions, one_of, share};
 use crate::failure::Failure;
-use crate::output;
-use crate::progress::watched;
 use clap::Args;
-use ocmc_api::{MOST_THREADS, SEASONS, Season, SizeRequest};
+use ocmc_api::{SEASONS, Season, SizeRequest};
 
 /// Whose battery is asked for.
 #[derive(Clone, Debug, Args)]
@@ -24,26 +22,17 @@ pub(crate) struct SizeArguments {
     season: Option<Season>,
     #[command(flatten)]
     range: CycleRange,
-    /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
-    threads: Option<usize>,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    work: WorkOptions,
 }
 
 /// Finds the battery and prints it.
 pub(crate) fn size(arguments: &SizeArguments) -> Result<(), Failure> {
-    let SizeArguments { study, arrive, kg_per_kwh, season, range, threads, quiet, json } =
-        arguments;
+    let SizeArguments { study, arrive, kg_per_kwh, season, range, work } = arguments;
     let loaded = study.load()?;
     let study = (loaded.origin.to_string(), &loaded);
-    let plan = range.plan(*threads)?;
+    let plan = range.plan(work.threads)?;
     let (arrive, kg_per_kwh, season) = (arrive.clone(), *kg_per_kwh, *season);
     let request = SizeRequest { study, arrive, kg_per_kwh, season, plan };
-    let answer = watched(*quiet, |watch| ocmc_api::size(&request, watch))?;
-    output::print(&answer, *json)
+    work.answer.print(|watch| ocmc_api::size(&request, watch))
 }

@@ -8,6 +8,7 @@ use clap::{Args, Subcommand};
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::{self, BuiltIn, LoadedStudy};
 use ocmc_api::{BirdsEyeRequest, go_on};
+use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
@@ -137,8 +138,27 @@ fn init(path: &Path, base: Option<&str>) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Writes a study with fitted values laid over its base, named after its file, and says how to run
+/// it. `command` has fitted the values from `sources`; `standard` is the name where the file has
+/// none.
+pub(crate) fn write_fitted(
+    path: &Path,
+    base: &str,
+    standard: &str,
+    (command, sources): (&str, &str),
+    fitted: &Value,
+) -> Result<(), Failure> {
+    let name = path.file_stem().map_or(standard.into(), |stem| stem.to_string_lossy());
+    let note = format!("Written by `ocmc {command}` from {sources}.");
+    let (text, _) = study::fitted_study(base, &name, &note, fitted)?;
+    write_new(path, &text)?;
+    let (shown, word) = (path.display(), shell_word(path));
+    output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));
+    Ok(())
+}
+
 /// Writes a study file. Never replaces one: it may hold hours of work.
-pub(crate) fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
     written.map_err(|source| match source.kind() {

@@ -1,14 +1,9 @@
 //! `ocmc training`: what it is worth to train the drivers who stand worst.
 
-use crate::arguments::{StudyOptions, check_range, share, whole_number};
+use crate::arguments::{MOST_TRIPS, StudyOptions, WorkOptions, check_range, share, whole_number};
 use crate::failure::Failure;
-use crate::output;
-use crate::progress::watched;
 use clap::Args;
-use ocmc_api::{LAST_CYCLE_ID, MOST_THREADS, RunPlan, TrainingRequest};
-
-/// Most trips of a truck.
-const MOST_TRIPS: u64 = 1_000_000;
+use ocmc_api::{LAST_CYCLE_ID, RunPlan, TrainingRequest};
 
 /// Whose training is asked about.
 #[derive(Clone, Debug, Args)]
@@ -32,15 +27,8 @@ pub(crate) struct TrainingArguments {
     /// Master seed
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
     seed: u64,
-    /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
-    threads: Option<usize>,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    work: WorkOptions,
 }
 
 /// Trips of a truck where neither the command nor the study says how many.
@@ -59,8 +47,7 @@ pub(crate) fn training(arguments: &TrainingArguments) -> Result<(), Failure> {
         study: (loaded.origin.to_string(), &loaded),
         coached: arguments.coached.clone(),
         share: arguments.share,
-        plan: RunPlan::new(arguments.seed, 0, cycles, arguments.threads, None),
+        plan: RunPlan::new(arguments.seed, 0, cycles, arguments.work.threads, None),
     };
-    let answer = watched(arguments.quiet, |watch| ocmc_api::training(&request, watch))?;
-    output::print(&answer, arguments.json)
+    arguments.work.answer.print(|watch| ocmc_api::training(&request, watch))
 }
