@@ -82,8 +82,7 @@ pub(crate) fn compare<'py>(
     let format = format.map(|word| one_of("format", word, &FORMATS)).transpose()?;
     out.as_deref().map_or(Ok(()), check_empty).map_err(exception)?;
     let plan = plan_of(cycles, seed, first_cycle, threads)?;
-    let studies = [a, b].map(|study| &study.get().loaded);
-    let studies = studies.map(|study| (study.model.study.name.clone(), study)).to_vec();
+    let studies = [a, b].map(|study| study.get().named()).to_vec();
     let (column, keep) = (column.map(str::to_owned), out.is_some());
     let request = CompareRequest { studies, plan, column, keep };
     let found = watched(py, progress, |watch| ocmc_api::compare(&request, watch))?;

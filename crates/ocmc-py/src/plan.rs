@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// Most trips of a truck.
-pub(crate) const MOST_TRIPS: u64 = 1_000_000;
+const MOST_TRIPS: u64 = 1_000_000;
 
 /// Which cycles to run, and on what.
 pub(crate) fn plan_of(

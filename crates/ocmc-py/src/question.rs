@@ -4,15 +4,13 @@ use crate::answer::answer;
 use crate::error::exception;
 use crate::given::given;
 use crate::operating_cycle::PyOperatingCycle;
-use crate::plan::{
-    MOST_TRIPS, cycle_id_of, number_of_cycles, plan_of, seed_of, threads_of, with_trips,
-};
+use crate::plan::{cycle_id_of, number_of_cycles, plan_of, seed_of, threads_of, with_trips};
 use crate::progress::watched;
 use crate::run::{PyRun, load, run};
 use crate::study::PyStudy;
 use crate::table::Table;
 use crate::value::{one_of, one_or_more, study_value, whole_number};
-use ocmc_api::study::{self, Files, Given, LoadedStudy};
+use ocmc_api::study::{self, Files, Given};
 use ocmc_api::{
     Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, FORMATS, GivenDrive,
     LAST_CYCLE_ID, OVERS, RangeRequest, RequeueRequest, SEASONS, SensitivityRequest, SizeRequest,
@@ -28,6 +26,13 @@ const NO_SETTINGS: &[&str] = &[];
 
 /// What a study is made from again: its class, its dictionary, and whether it may name files.
 type Pickled<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, bool));
+
+/// What sets a key of a study to a value.
+fn setting(path: &str, value: &Bound<PyAny>) -> PyResult<String> {
+    let value = toml::Value::try_from(study_value(value, path)?)
+        .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
+    Ok(format!("{path}={value}"))
+}
 
 #[pymethods]
 impl PyStudy {
@@ -81,9 +86,7 @@ impl PyStudy {
     /// >>> study.to_dict()["driver"]["curve_speed"]["exponent"]
     /// 0.5
     fn set(&self, path: &str, value: &Bound<PyAny>) -> PyResult<Self> {
-        let value = toml::Value::try_from(study_value(value, path)?)
-            .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
-        Self::new(self.loaded.set(&[format!("{path}={value}")]))
+        Self::new(self.loaded.set(&[setting(path, value)?]))
     }
 
     /// The resolved study: every value that a run uses.
@@ -534,12 +537,8 @@ impl PyStudy {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let named = |study| -> (String, &LoadedStudy) {
-            let study: &LoadedStudy = study;
-            (study.model.study.name.clone(), study)
-        };
-        let against = against.map(|study| named(&study.get().loaded));
-        let request = CostRequest { study: named(&self.loaded), against, plan };
+        let against = against.map(|study| study.get().named());
+        let request = CostRequest { study: self.named(), against, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::cost(&request, watch))?)
     }
 
@@ -607,22 +606,16 @@ impl PyStudy {
             let text = format!("`share` is {share}, allowed is a number above 0 and below 1");
             return Err(PyValueError::new_err(text));
         }
-        let trips = trips.map(|n| whole_number(n, "trips", 1, MOST_TRIPS)).transpose()?;
-        let of_truck = trips.unwrap_or(self.loaded.study.nesting().trips_per_truck);
-        let set = self.loaded.set(&[format!("fleet.trips_per_truck={of_truck}")]);
-        let loaded = set.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let loaded = with_trips(&self.loaded, trips)?;
+        let of_truck = loaded.study.nesting().trips_per_truck;
         let trucks = whole_number(trucks, "trucks", 2, LAST_CYCLE_ID / of_truck)?;
         let cycles = (trucks * of_truck).into_pyobject(py)?;
         let plan = plan_of(&cycles, seed, None, threads)?;
-        let mut keys = Vec::new();
-        for (path, value) in coached.into_iter().flatten() {
-            let path: String = path.extract()?;
-            let value = toml::Value::try_from(study_value(&value, &path)?)
-                .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
-            keys.push(format!("{path}={value}"));
-        }
+        let keys = coached.into_iter().flatten();
+        let coached = keys.map(|(path, value)| setting(&path.extract::<String>()?, &value));
+        let coached = coached.collect::<PyResult<_>>()?;
         let study = (loaded.model.study.name.clone(), &loaded);
-        let request = TrainingRequest { study, coached: keys, share, plan };
+        let request = TrainingRequest { study, coached, share, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::training(&request, watch))?)
     }
 
@@ -677,8 +670,7 @@ impl PyStudy {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let study = (self.loaded.model.study.name.clone(), &self.loaded);
-        let request = RangeRequest { study, plan };
+        let request = RangeRequest { study: self.named(), plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::range(&request, watch))?)
     }
 
@@ -743,7 +735,7 @@ impl PyStudy {
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         let arrive = arrive.map_or_else(|| Ok(vec![0.95]), one_or_more)?;
-        let study = (self.loaded.model.study.name.clone(), &self.loaded);
+        let study = self.named();
         let season = season.map(|word| one_of("season", word, &SEASONS)).transpose()?;
         let request = SizeRequest { study, arrive, kg_per_kwh, season, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::size(&request, watch))?)

@@ -4,13 +4,13 @@ use crate::answer::answer;
 use crate::error::exception;
 use crate::input::{inputs, mappings};
 use crate::log::steering;
-use crate::plan::seed_of;
+use crate::plan::{seed_of, threads_of};
 use crate::progress::warned;
 use crate::study::PyStudy;
 use crate::value::{one_of, whole_number};
 use ocmc_api::{
-    CurveOptions, FEWEST_TRIPS, KEEPS, Keep, MOST_THREADS, MOST_TRIPS, MissingLimits, RUN_IN_M,
-    RoadOptions, RoadRequest, RunPlan, ValidateRequest,
+    CurveOptions, FEWEST_TRIPS, KEEPS, Keep, MOST_TRIPS, MissingLimits, RUN_IN_M, RoadOptions,
+    RoadRequest, RunPlan, ValidateRequest, check_empty,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -35,9 +35,8 @@ fn trips_of(
     threads: Option<&Bound<PyAny>>,
 ) -> PyResult<RunPlan> {
     let trips = trips.map_or(Ok(FEWEST_TRIPS), |n| whole_number(n, "trips", 2, MOST_TRIPS))?;
-    let most = MOST_THREADS as u64;
-    let threads = threads.map(|n| whole_number(n, "threads", 1, most)).transpose()?;
-    Ok(RunPlan::new(seed_of(seed)?, 0, trips, threads.map(|n| n as usize), None))
+    let threads = threads_of(threads)?;
+    Ok(RunPlan::new(seed_of(seed)?, 0, trips, threads, None))
 }
 
 /// Make an operating cycle of the road that a log was driven on.
@@ -241,9 +240,7 @@ pub(crate) fn validate<'py>(
         let text = format!("`run_in_m` is {run_in_m}, allowed is a number from 0 on");
         return Err(PyValueError::new_err(text));
     }
-    if let Some(directory) = &out {
-        ocmc_api::check_empty(directory).map_err(exception)?;
-    }
+    out.as_deref().map_or(Ok(()), check_empty).map_err(exception)?;
     let request = ValidateRequest {
         logs: &inputs(logs, "logs")?,
         mappings: mappings(columns)?,
@@ -257,8 +254,6 @@ pub(crate) fn validate<'py>(
         run_in_m,
     };
     let found = warned(py, progress, |warn, watch| ocmc_api::validate(&request, warn, watch))?;
-    if let Some(directory) = &out {
-        found.save(directory).map_err(exception)?;
-    }
+    out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
     answer(py, &found)
 }

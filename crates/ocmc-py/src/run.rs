@@ -6,8 +6,10 @@ use crate::progress::watched;
 use crate::study::PyStudy;
 use crate::table::Table;
 use crate::value::one_of;
+use arrow_array::RecordBatch;
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
+use arrow_schema::SchemaRef;
 use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
     Account, Answer, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest, MergeRequest, Precision,
@@ -54,12 +56,13 @@ type Pickled<'py> = (String, f64, usize, String, Bound<'py, PyBytes>, Vec<u8>);
 #[derive(Default)]
 struct Batches {
     waiting: Vec<Record>,
-    full: Vec<arrow_array::RecordBatch>,
+    full: Vec<RecordBatch>,
 }
 
-/// Batches of records as one table: those of a study have the columns of its breakdown.
-fn table_of(batches: Vec<arrow_array::RecordBatch>) -> Table {
-    let schema = batches.first().map_or_else(schema, arrow_array::RecordBatch::schema);
+/// Batches of records as one table: those of a study have the columns of its breakdown. Where there
+/// is none, the table has the columns of `of_none`.
+fn table_of(batches: Vec<RecordBatch>, of_none: impl FnOnce() -> SchemaRef) -> Table {
+    let schema = batches.first().map_or_else(of_none, RecordBatch::schema);
     Table::new(schema, batches)
 }
 
@@ -77,7 +80,7 @@ impl Batches {
         if !self.waiting.is_empty() {
             self.full.push(record_batch(&self.waiting));
         }
-        table_of(self.full)
+        table_of(self.full, schema)
     }
 }
 
@@ -133,7 +136,7 @@ pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     let mut batches = Vec::new();
     let loaded = py.detach(|| ocmc_api::load(path, |batch| batches.push(batch)));
     let answer = loaded.map_err(exception)?;
-    Ok(PyRun { answer, records: table_of(batches), routes: Vec::new() })
+    Ok(PyRun { answer, records: table_of(batches, schema), routes: Vec::new() })
 }
 
 /// Merge the parts of one run, from many machines, into the run that one machine would have written.
@@ -260,12 +263,8 @@ impl PyRun {
     /// 40
     fn chargings(&self) -> Table {
         let of = |batch| ocmc_api::chargings_batch(&records(batch).expect("made of records"));
-        let batches: Vec<_> = self.records.batches.iter().map(of).collect();
-        let schema = batches.first().map_or_else(
-            || ocmc_api::chargings_batch(&[]).schema(),
-            arrow_array::RecordBatch::schema,
-        );
-        Table::new(schema, batches)
+        let batches = self.records.batches.iter().map(of).collect();
+        table_of(batches, || ocmc_api::chargings_batch(&[]).schema())
     }
 
     /// What was read of each route that `Study.drive` was given: ``file``, ``length_m``, ``climb_m``,
@@ -470,7 +469,7 @@ pub(crate) fn unpickled(
         });
         let mut answer = summed_up(manifest, Origin::Dictionary, (wall_s, threads), groups)?;
         answer.summary.ended_at = ended_at;
-        Ok(PyRun { answer, records: table_of(batches), routes: Vec::new() })
+        Ok(PyRun { answer, records: table_of(batches, schema), routes: Vec::new() })
     })
 }
 
@@ -494,6 +493,6 @@ pub(crate) fn joined(
         let batches: Vec<_> = batches.cloned().collect();
         let groups = batches.iter().map(|batch| records(batch).map_err(broken));
         let answer = summed_up(manifest, origin, (wall_s, threads), groups)?;
-        Ok(PyRun { answer, records: table_of(batches), routes: Vec::new() })
+        Ok(PyRun { answer, records: table_of(batches, schema), routes: Vec::new() })
     })
 }

@@ -2,11 +2,11 @@
 
 use crate::answer::answer;
 use crate::error::exception;
-use crate::plan::seed_of;
+use crate::plan::{seed_of, threads_of};
 use crate::progress::watched;
 use crate::study::PyStudy;
 use crate::value::{one_of, whole_number};
-use ocmc_api::{MOST_REPETITIONS, MOST_THREADS, SPEED_TERMS, SimulatorStudyRequest};
+use ocmc_api::{MOST_REPETITIONS, SPEED_TERMS, SimulatorStudyRequest, check_empty};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -78,21 +78,16 @@ pub(crate) fn simulator_study<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let speed_term = one_of("speed_term", speed_term, &SPEED_TERMS)?;
     let count = |n| whole_number(n, "repetitions", 1, MOST_REPETITIONS);
-    let most = MOST_THREADS as u64;
-    let threads = threads.map(|n| whole_number(n, "threads", 1, most)).transpose()?;
-    if let Some(directory) = &out {
-        ocmc_api::check_empty(directory).map_err(exception)?;
-    }
+    let threads = threads_of(threads)?;
+    out.as_deref().map_or(Ok(()), check_empty).map_err(exception)?;
     let request = SimulatorStudyRequest {
         study: &study.get().loaded,
         seed: seed_of(seed)?,
         repetitions: repetitions.map_or(Ok(REPETITIONS), count)?,
-        threads: threads.map(|n| n as usize),
+        threads,
         identify: gains.then_some(speed_term),
     };
     let found = watched(py, progress, |watch| ocmc_api::simulator_study(&request, watch))?;
-    if let Some(directory) = &out {
-        found.save(directory).map_err(exception)?;
-    }
+    out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
     answer(py, &found)
 }

@@ -49,6 +49,11 @@ impl PyStudy {
         let hash = study::study_hash(&loaded.model);
         Ok(Self { loaded, hash })
     }
+
+    /// The study under its name.
+    pub(crate) fn named(&self) -> (String, &LoadedStudy) {
+        (self.loaded.model.study.name.clone(), &self.loaded)
+    }
 }
 
 /// The study that keeps what is not fitted.
