@@ -47,9 +47,6 @@ def arrivals(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
             ax.plot([0.0, at_km, at_km], [100.0 * MARKED, 100.0 * MARKED, 0.0], color=ink(), linewidth=0.6)
             text = f"{100.0 * MARKED:.0f} %: {at_km:.0f} km"
             ax.annotate(text, (at_km, 50.0), xytext=(-4, 0), textcoords="offset points", ha="right")
-    ax.set_xlabel("length of the trip, km")
-    ax.set_ylabel("trucks that arrive, %")
-    ax.set_xlim(left=0.0)
-    ax.set_ylim(0.0, 104.0)
-    spine_free(ax)
-    return ax
+    ax.set(xlabel="length of the trip, km", ylabel="trucks that arrive, %")
+    ax.set(xlim=(0.0, None), ylim=(0.0, 104.0))
+    return spine_free(ax)

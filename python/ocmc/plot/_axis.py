@@ -84,9 +84,10 @@ def has(table: Any, column: str) -> bool:  # noqa: ANN401 (tables of any library
     return column in (table.columns if names is None else names)
 
 
-def spine_free(ax: Axes) -> None:
-    """Leave away what frames nothing."""
+def spine_free(ax: Axes) -> Axes:
+    """Leave away what frames nothing, and give the axes back."""
     ax.spines[["top", "right"]].set_visible(False)
+    return ax
 
 
 def interval_text(mean: float, interval: Sequence[float]) -> str:

@@ -70,14 +70,11 @@ def loads(run: Run, *, place: str | None = None, ax: Axes | None = None) -> Axes
     ax = axes(ax)
     ax.stairs(high, edges, baseline=median, fill=True, color=SKY, alpha=0.5, label="P50 to P95 over the days")
     ax.stairs(mean, edges, color=BLUE, linewidth=1.5, label="mean")
-    ax.set_xlabel("time of the day, h")
-    ax.set_ylabel(f"power of {_PLACES[place]} at the meter, kW")
-    ax.set_xlim(0.0, 24.0)
-    ax.set_ylim(bottom=0.0)
+    ax.set(xlabel="time of the day, h", ylabel=f"power of {_PLACES[place]} at the meter, kW")
+    ax.set(xlim=(0.0, 24.0), ylim=(0.0, None))
     ax.xaxis.set_major_locator(MultipleLocator(3.0))
     ax.legend(frameon=False)
-    spine_free(ax)
-    return ax
+    return spine_free(ax)
 
 
 def state_of_charge(run: Run, *, ax: Axes | None = None) -> Axes:
@@ -121,13 +118,9 @@ def state_of_charge(run: Run, *, ax: Axes | None = None) -> Axes:
     ax.plot(places, middle, color=BLUE, label="median")
     reserve = 100.0 * float(run.study["charging.reserve"])
     ax.axhline(reserve, color=RED, linewidth=0.8, linestyle="--", label="reserve")
-    ax.set_xlabel("distance, km")
-    ax.set_ylabel("state of charge, %")
-    ax.set_xlim(left=0.0)
-    ax.set_ylim(0.0, 100.0)
+    ax.set(xlabel="distance, km", ylabel="state of charge, %", xlim=(0.0, None), ylim=(0.0, 100.0))
     ax.legend(frameon=False)
-    spine_free(ax)
-    return ax
+    return spine_free(ax)
 
 
 def _courses(run: Run) -> list[npt.NDArray[np.float64]]:
@@ -204,8 +197,7 @@ def seasons(run: Run, *, ax: Axes | None = None) -> Axes:
     ax.invert_yaxis()
     ax.axvline(whole[0], color=GREY, linewidth=0.6)
     ax.set_xlabel("electricity from the battery, kWh/km")
-    spine_free(ax)
-    return ax
+    return spine_free(ax)
 
 
 def _totals(run: Run, season: int) -> dict[str, Any] | None:

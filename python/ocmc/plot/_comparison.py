@@ -61,5 +61,4 @@ def comparison(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | None
         ax.axvline(mean, color=colour, linestyle="--", linewidth=1.0)
     ax.set(xlabel=quantity(column)[0], ylabel="share of the cycles, %")
     ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0))
-    spine_free(ax)
-    return ax
+    return spine_free(ax)

@@ -95,8 +95,7 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
         # above the names of the quantiles
         ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.04))
     ax.set(xlabel=name, ylabel="share of the cycles, %")
-    spine_free(ax)
-    return ax
+    return spine_free(ax)
 
 
 def _apart(quantiles: Mapping[str, float], width: float) -> list[tuple[str, float]]:

@@ -55,5 +55,4 @@ def cost(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     ax.set_yticks(places, labels=[study["study"] for study in studies])
     ax.set_xlabel(f"cost, {studies[0]['currency']}/km")
     ax.legend(frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.2))
-    spine_free(ax)
-    return ax
+    return spine_free(ax)

@@ -83,8 +83,7 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     ax.set_ylim(bottom=0)
     _round_ticks(ax, along_m)
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    spine_free(ax)
-    return ax
+    return spine_free(ax)
 
 
 def _points(ax: Axes, curves: Any, radius_m: _Numbers, speed_kmh: _Numbers) -> None:  # noqa: ANN401

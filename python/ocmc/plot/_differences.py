@@ -68,5 +68,4 @@ def differences(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | Non
     ax.axvline(mean, color=RED, linestyle="--", linewidth=1.2, label=label)
     ax.set(xlabel=f"b less a: {name}", ylabel="cycles")
     ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0))
-    spine_free(ax)
-    return ax
+    return spine_free(ax)

@@ -55,8 +55,7 @@ def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     ax.set_xlabel(f"share of the variance of {quantity(answer['column'])[0].partition(',')[0]}, %")
     handles, labels = ax.get_legend_handles_labels()
     ax.legend(handles[::-1], labels[::-1], frameon=False, loc="lower right")
-    spine_free(ax)
-    return ax
+    return spine_free(ax)
 
 
 def _name(factor: str) -> str:

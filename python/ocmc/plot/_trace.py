@@ -115,8 +115,7 @@ def _braking(ax: Axes, x: npt.NDArray[np.float64], of: Any, *, electric: bool) -
         energy = of(column)
         power = np.divide(energy, step, out=np.zeros_like(energy), where=step > 0.0) / 1000.0
         ax.fill_between(x, power, step="pre", color=color, alpha=0.6, linewidth=0, label=name)
-    ax.set_ylabel("braking, kW")
-    ax.set_ylim(bottom=0)
+    ax.set(ylabel="braking, kW", ylim=(0, None))
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
@@ -128,6 +127,5 @@ def _speed(ax: Axes, x: npt.NDArray[np.float64], of: Any, cycle: "OperatingCycle
         ax.plot(x, limits, color=GREY, linewidth=1.2, drawstyle="steps-pre", label="speed limit")
     ax.plot(x, KMH_PER_MPS * of("desired_speed_mps"), color=ORANGE, linewidth=1.2, label="desired speed")
     ax.plot(x, KMH_PER_MPS * of("speed_mps"), color=BLUE, linewidth=1.2, label="speed")
-    ax.set_ylabel("speed, km/h")
-    ax.set_ylim(bottom=0)
+    ax.set(ylabel="speed, km/h", ylim=(0, None))
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))

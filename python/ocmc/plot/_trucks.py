@@ -70,11 +70,9 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
         float(np.average(values, weights=weights)), color=ink(), linewidth=0.8, label="mean of the fleet"
     )
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.set_xlabel("trucks, from the lowest to the highest")
-    ax.set_ylabel(name)
+    ax.set(xlabel="trucks, from the lowest to the highest", ylabel=name)
     ax.legend(frameon=False, loc="upper left")
-    spine_free(ax)
-    return ax
+    return spine_free(ax)
 
 
 def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) -> Axes:
@@ -117,5 +115,4 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
         bottoms += np.asarray(heights)
     ax.set_ylabel("share of the variance, first order, %")
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    spine_free(ax)
-    return ax
+    return spine_free(ax)

@@ -69,5 +69,4 @@ def validation(answer: Mapping[str, Any], *, road: int = 0, ax: Axes | None = No
     ax.set_ylim(bottom=0)
     ax.margins(x=0)
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    spine_free(ax)
-    return ax
+    return spine_free(ax)
