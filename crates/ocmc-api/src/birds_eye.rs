@@ -66,8 +66,7 @@ pub fn birds_eye(request: &BirdsEyeRequest, watch: &mut Watch) -> Result<BirdsEy
                 birds_eye_of_study(&study.study, plan.seed, ids, look)
             })?
         }
-        None => birds_eye_of_laws(&study.study)
-            .ok_or_else(|| Error::GivenRoads { name: name.clone() })?,
+        None => birds_eye_of_laws(&study.study).ok_or_else(|| Error::GivenRoads(name.clone()))?,
     };
     let plan = plan.as_ref();
     Ok(BirdsEyeAnswer {

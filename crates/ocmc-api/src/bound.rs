@@ -9,7 +9,7 @@ use crate::watch::{Watch, watched};
 use ocmc_core::kernel::drive::trace::TableColumn;
 use ocmc_core::powertrain::GearOrder;
 use ocmc_core::prescribed::DriveCycle;
-use ocmc_fleet::bound::{Bound, BoundError, Figure, Fineness, Found, Kind, Potential, bounds};
+use ocmc_fleet::bound::{Bound, Fineness, Found, Kind, Potential, bounds};
 use ocmc_fleet::ratio::Ratio;
 use ocmc_fleet::run::RunPlan;
 use ocmc_io::number_text::{count_of, grouped, rounded};
@@ -128,19 +128,10 @@ pub fn bound(request: &BoundRequest, watch: &mut Watch) -> Result<BoundAnswer, E
     let fineness = Fineness::default();
     let found =
         watched(plan.cycles, watch, |look| bounds(&study.study, plan, fineness, &of, look))?;
-    let mut rows: Vec<Row> = Vec::with_capacity(found.len());
-    let mut first_error: Option<BoundError> = None;
-    let mut failed = 0;
-    for one in found {
-        match one {
-            Ok(row) => rows.push(row),
-            Err(error) => {
-                failed += 1;
-                first_error.get_or_insert(error);
-            }
-        }
-    }
-    if let (true, Some(error)) = (rows.is_empty(), first_error) {
+    let (found, without): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
+    let mut rows: Vec<Row> = found.into_iter().flatten().collect();
+    let failed = without.len() as u64;
+    if let (true, Some(Err(error))) = (rows.is_empty(), without.into_iter().next()) {
         return Err(error.into());
     }
     let optimum = rows.first_mut().and_then(|row| row.optimum.take());
@@ -208,14 +199,13 @@ fn row(bound: &Bound, potential: Option<Potential>, alone: bool) -> Row {
         lengths_m.extend(potential.length_m);
         by_road_type_j = potential.by_road_type_j;
     }
-    let duration = |figure: &Figure| figure.duration_s;
     let cycle = CycleBound {
         cycle_id: bound.cycle_id,
         simulated_energy_j: record.stored_energy_j(),
         driver_energy_j: driver.energy_j,
         bound_energy_j: optimum.energy_j,
-        driver_duration_s: duration(driver),
-        bound_duration_s: duration(optimum),
+        driver_duration_s: driver.duration_s,
+        bound_duration_s: optimum.duration_s,
         driver_gear_shifts: driver.n_gear_shifts,
         bound_gear_shifts: optimum.n_gear_shifts,
         time_price_w: bound.price_w,
@@ -277,19 +267,15 @@ impl Answer for BoundAnswer {
             if let Some(simulated_j) = only.simulated_energy_j {
                 text.push_str(&fact("simulated", format!("{} MJ", mega(simulated_j))));
             }
-            let CycleBound { driver_energy_j, driver_duration_s, driver_gear_shifts, .. } = *only;
-            let CycleBound { bound_energy_j, bound_duration_s, bound_gear_shifts, .. } = *only;
-            let driver = line(driver_energy_j, driver_duration_s, driver_gear_shifts);
+            let driver =
+                line(only.driver_energy_j, only.driver_duration_s, only.driver_gear_shifts);
             text.push_str(&fact("driver", format!("{driver}, in the backward mode")));
-            let least = line(bound_energy_j, bound_duration_s, bound_gear_shifts);
+            let least = line(only.bound_energy_j, only.bound_duration_s, only.bound_gear_shifts);
             text.push_str(&fact("least", least));
         }
         text.push('\n');
-        text.push_str(&shares(
-            ["potential", "% of the energy", "% of road"],
-            &self.potential,
-            "  ",
-        ));
+        let head = ["potential", "% of the energy", "% of road"];
+        text.push_str(&shares(head, &self.potential, "  "));
         text.push('\n');
         text.push_str(&shares(["by road type", "% of the energy", ""], &self.by_road_type, ""));
         if self.not_better > 0 {

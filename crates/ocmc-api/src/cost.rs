@@ -12,7 +12,7 @@ use ocmc_fleet::cost::{CostSpread, FleetCost, InputShare, ItemCost, Percentiles}
 use ocmc_fleet::cost_difference::{BreakEven, CostDifference, Fleet, Side};
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::run::{RunPlan, records};
-use ocmc_io::number_text::{grouped, percent, rounded};
+use ocmc_io::number_text::{grouped, percent, rounded, share_text};
 use ocmc_io::study::{LoadedStudy, study_hash};
 use serde::Serialize;
 use std::time::Instant;
@@ -106,11 +106,8 @@ pub fn cost(request: &CostRequest, watch: &mut Watch) -> Result<CostAnswer, Erro
     let CostRequest { study, against, plan } = request;
     let clock = Instant::now();
     let named = std::iter::once(study).chain(against);
-    let costings = named.map(|(name, loaded)| {
-        let prices = loaded.model.cost.as_ref();
-        let costing = prices.map(|prices| Costing::of(prices, &loaded.model.vehicle));
-        costing.ok_or_else(|| Error::NoPrices { study: name.clone() })
-    });
+    let costings =
+        named.map(|(name, loaded)| costing(loaded).ok_or_else(|| Error::NoPrices(name.clone())));
     let mut costings = costings.collect::<Result<Vec<_>, _>>()?;
     if let [a, b] = costings.as_slice()
         && a.currency != b.currency
@@ -169,21 +166,24 @@ pub(crate) fn difference(
     sides: [(&LoadedStudy, &[Record]); 2],
     plan: &RunPlan,
 ) -> Option<CostDifference> {
-    let costing = |(loaded, _): (&LoadedStudy, &[Record])| {
-        let prices = loaded.model.cost.as_ref()?;
-        Some(Costing::of(prices, &loaded.model.vehicle))
-    };
-    let (a, b) = (costing(sides[0])?, costing(sides[1])?);
+    let (a, b) = (costing(sides[0].0)?, costing(sides[1].0)?);
     if a.currency != b.currency {
         return None;
     }
-    let trips = |costing: &Costing, records: &[Record]| -> Vec<Trip> {
-        records.iter().filter_map(|record| costing.trip(record)).collect()
-    };
     let (of_a, of_b) = (trips(&a, sides[0].1), trips(&b, sides[1].1));
     let [in_a, in_b] = sides.map(|(loaded, _)| Dependence::of(&loaded.model, plan.seed));
     let (a, b) = (Fleet { costing: &a, trips: &of_a }, Fleet { costing: &b, trips: &of_b });
     CostDifference::of(a, b, plan.seed, in_a.of_pairs(in_b))
+}
+
+/// What a trip of a study costs, where it has prices.
+pub(crate) fn costing(loaded: &LoadedStudy) -> Option<Costing> {
+    let prices = loaded.model.cost.as_ref()?;
+    Some(Costing::of(prices, &loaded.model.vehicle))
+}
+
+fn trips(costing: &Costing, records: &[Record]) -> Vec<Trip> {
+    records.iter().filter_map(|record| costing.trip(record)).collect()
 }
 
 /// Costs the records of a study.
@@ -193,7 +193,7 @@ fn costed(
     records: &[Record],
     plan: &RunPlan,
 ) -> Result<Driven, Error> {
-    let trips: Vec<Trip> = records.iter().filter_map(|record| costing.trip(record)).collect();
+    let trips = trips(&costing, records);
     let factors = loaded.study.emission_factors();
     let emitted: Vec<TripEmissions> =
         records.iter().filter_map(|record| factors.of_trip(record)).collect();
@@ -377,15 +377,9 @@ fn inputs_text(inputs: &[InputShare], of: &str) -> String {
         return String::new();
     }
     let head = format!("\nShares of the variance of the {of} in %, over states of the prices:\n\n");
-    let cell = |share: f64, ci95: Option<[f64; 2]>| match ci95 {
-        Some([low, high]) => {
-            format!("{} ({} to {})", percent(share), percent(low), percent(high))
-        }
-        None => percent(share),
-    };
     let row = |input: &InputShare| {
-        let first = cell(input.first, input.first_ci95);
-        [input.key.clone(), first, cell(input.total, input.total_ci95)]
+        let first = share_text(input.first, input.first_ci95);
+        [input.key.clone(), first, share_text(input.total, input.total_ci95)]
     };
     let rows = inputs.iter().map(row);
     format!("{head}{}", table(&[34, 22, 22], &["", "first-order", "total effect"], rows))

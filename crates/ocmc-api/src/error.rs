@@ -82,18 +82,12 @@ pub enum Error {
     Unwritten(RunDirectoryError),
     /// A range of trucks without a battery.
     #[error(
-        "{name} has no battery, and so no range: give a study of battery trucks, such as battery-truck, or a run of one"
+        "{0} has no battery, and so no range: give a study of battery trucks, such as battery-truck, or a run of one"
     )]
-    NoBattery {
-        /// The study.
-        name: String,
-    },
+    NoBattery(String),
     /// The roads of a study are given, not drawn from laws.
-    #[error("{name} drives given routes, which no law describes: look at them without laws")]
-    GivenRoads {
-        /// The study.
-        name: String,
-    },
+    #[error("{0} drives given routes, which no law describes: look at them without laws")]
+    GivenRoads(String),
     /// No trip departs in the season that was asked for.
     #[error(
         "none of the {cycles} trips departs in {season}: ask for more of them, or for another season"
@@ -105,23 +99,14 @@ pub enum Error {
         cycles: u64,
     },
     /// A share of trips that cannot be asked for.
-    #[error("`arrive` is {share}, allowed is a share above 0 and below 1")]
-    Share {
-        /// The share.
-        share: f64,
-    },
-    /// A mass that no battery has.
-    #[error("`kg_per_kwh` is {kg_per_kwh}, allowed is 0 to 100")]
-    Mass {
-        /// The mass, in kg for each kWh.
-        kg_per_kwh: f64,
-    },
+    #[error("`arrive` is {0}, allowed is a share above 0 and below 1")]
+    Share(f64),
+    /// A mass that no battery has, in kg for each kWh.
+    #[error("`kg_per_kwh` is {0}, allowed is 0 to 100")]
+    Mass(f64),
     /// A quantity that there is not.
-    #[error("`column` is {name:?}, allowed is one of: {}", columns().join(", "))]
-    UnknownColumn {
-        /// Its name.
-        name: String,
-    },
+    #[error("`column` is {:?}, allowed is one of: {}", .0, columns().join(", "))]
+    UnknownColumn(String),
     /// A column that no study has, or that is no number.
     #[error(
         "`column` is {name:?}{}: allowed are the columns of the records that are numbers, and \
@@ -135,11 +120,8 @@ pub enum Error {
         nearest: Option<String>,
     },
     /// A factor that there is not.
-    #[error("`factors` has {name:?}, allowed are: {}", factors().join(", "))]
-    UnknownFactor {
-        /// Its name.
-        name: String,
-    },
+    #[error("`factors` has {:?}, allowed are: {}", .0, factors().join(", "))]
+    UnknownFactor(String),
     /// A comparison with VECTO that is not made.
     #[error(transparent)]
     Vecto(ComparisonError),
@@ -149,14 +131,11 @@ pub enum Error {
     /// A comparison of fewer than two studies.
     #[error("a study is compared with another one: give two at least")]
     NothingToCompare,
-    /// Costs of a study without prices.
+    /// Costs of a study, of this name, without prices.
     #[error(
-        "`{study}` has no prices: give it a table `[cost]`, or `--set cost.currency=EUR` and prices"
+        "`{0}` has no prices: give it a table `[cost]`, or `--set cost.currency=EUR` and prices"
     )]
-    NoPrices {
-        /// What it is called.
-        study: String,
-    },
+    NoPrices(String),
     /// Costs in two currencies.
     #[error("`cost.currency` is {a} and {b}: give both studies prices in one currency")]
     Currencies {
@@ -175,12 +154,9 @@ pub enum Error {
     },
     /// Drivers who cannot be told apart, because there are fewer than two.
     #[error(
-        "{study}: fewer than two drivers completed a trip; allowed is a fleet of at least two trucks"
+        "{0}: fewer than two drivers completed a trip; allowed is a fleet of at least two trucks"
     )]
-    NobodyToTrain {
-        /// What it is called.
-        study: String,
-    },
+    NobodyToTrain(String),
     /// A table, a log or an operating cycle that cannot be read.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -245,11 +221,8 @@ pub enum Error {
     #[error(transparent)]
     File(#[from] FileError),
     /// A directory that holds something already.
-    #[error("`{}` is not empty; give another directory, or remove it", directory.display())]
-    NotEmpty {
-        /// The directory.
-        directory: PathBuf,
-    },
+    #[error("`{}` is not empty; give another directory, or remove it", .0.display())]
+    NotEmpty(PathBuf),
     /// The caller has ended it.
     #[error("interrupted: {} of {} {} finished", .0.done, .0.total, .0.what)]
     Interrupted(Progress),

@@ -69,7 +69,7 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     let RangeRequest { study: (name, study), plan } = request;
     let reserve = study.model.charging.as_ref().map_or(0.0, |charging| charging.reserve);
     let Some(usable_j) = study.model.vehicle.powertrain.usable_j(reserve) else {
-        return Err(Error::NoBattery { name: name.clone() });
+        return Err(Error::NoBattery(name.clone()));
     };
     let clock = Instant::now();
     let mut sets = Vec::new();
@@ -105,7 +105,7 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     let long = study.set(&sets)?;
     let records = watched(plan.cycles, watch, |look| drive(&long.study, plan, look))?;
     let trips: Vec<RangeTrip> = records.iter().filter_map(RangeTrip::of).collect();
-    let none = || Error::NoBattery { name: name.clone() };
+    let none = || Error::NoBattery(name.clone());
     let range = summarise(&trips, Dependence::of(&long.model, plan.seed)).ok_or_else(none)?;
     let driven = Some((*plan, clock.elapsed().as_secs_f64()));
     Ok(RangeAnswer { source: name.clone(), trip_length_m, range, driven })
@@ -121,7 +121,7 @@ pub fn range_of_run(directory: &Path) -> Result<RangeAnswer, Error> {
         trips.extend(group.records.iter().filter_map(RangeTrip::of));
     });
     let (manifest, _) = read.map_err(|error: RunDirectoryError| Error::from(error))?;
-    let none = || Error::NoBattery { name: manifest.study.clone() };
+    let none = || Error::NoBattery(manifest.study.clone());
     let range = summarise(&trips, manifest.dependence()).ok_or_else(none)?;
     let source = directory.display().to_string();
     Ok(RangeAnswer { source, trip_length_m: None, range, driven: None })

@@ -102,13 +102,13 @@ const J_PER_KWH: f64 = 3.6e6;
 pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Error> {
     let SizeRequest { study: (name, study), arrive, kg_per_kwh, season, plan } = request;
     let Some(electric) = study.model.vehicle.powertrain.battery_electric() else {
-        return Err(Error::NoBattery { name: name.clone() });
+        return Err(Error::NoBattery(name.clone()));
     };
     if let Some(share) = arrive.iter().find(|share| !(**share > 0.0 && **share < 1.0)) {
-        return Err(Error::Share { share: *share });
+        return Err(Error::Share(*share));
     }
     if !(*kg_per_kwh >= 0.0 && *kg_per_kwh <= MOST_KG_PER_KWH) {
-        return Err(Error::Mass { kg_per_kwh: *kg_per_kwh });
+        return Err(Error::Mass(*kg_per_kwh));
     }
     let (own_j, own_kg) = (electric.battery.capacity_j, study.model.vehicle.curb_mass_kg);
     let clock = Instant::now();
@@ -140,10 +140,7 @@ pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Erro
         progress.total = progress.total.max(before + trips.len() as u64);
         drive_some(&sized.study, plan, &trips, |done| {
             progress.done = before + done;
-            match watch(progress) {
-                ControlFlow::Continue(()) => ControlFlow::Continue(()),
-                ControlFlow::Break(()) => ControlFlow::Break(Error::Interrupted(progress)),
-            }
+            watch(progress).map_break(|()| Error::Interrupted(progress))
         })
     };
     let mut sizes = Vec::with_capacity(arrive.len());

@@ -65,3 +65,8 @@ pub(crate) fn range(plan: &RunPlan) -> String {
     };
     format!(" --seed {}{first} --cycles {}", plan.seed, plan.cycles)
 }
+
+/// A number, or an empty cell.
+pub(crate) fn cell(number: Option<f64>) -> String {
+    number.filter(|number| number.is_finite()).map_or(String::new(), |number| format!("{number:?}"))
+}

@@ -1,11 +1,11 @@
 //! What it is worth to train the drivers of a fleet who stand worst in its records.
 
 use crate::answer::Answer;
+use crate::cost::costing;
 use crate::error::Error;
 use crate::run::whole_trucks;
 use crate::text::{fact, table, took};
 use crate::watch::{Watch, watched};
-use ocmc_core::cost::costing::Costing;
 use ocmc_core::cost::levelised::Levelised;
 use ocmc_core::cost::state::State;
 use ocmc_core::random::{Factor, PickFreeze, StreamSet};
@@ -110,14 +110,13 @@ pub fn training(request: &TrainingRequest, watch: &mut Watch) -> Result<Training
         };
         ControlFlow::Continue((own, other))
     })?;
-    let prices = loaded.model.cost.as_ref();
-    let costing = prices.map(|prices| Costing::of(prices, &loaded.model.vehicle));
+    let costing = costing(loaded);
     let central = costing.as_ref().map(|costing| Levelised::of(costing, &State::central(costing)));
     let price = |record: &Record| Some(central.as_ref()?.cost(&costing.as_ref()?.trip(record)?));
     let options = TrainingOptions { share: *share, is_trained: trained.is_some(), seed: plan.seed };
     let price = costing.is_some().then_some(&price as Price);
     let training = Training::of(&own, &other, &options, price)
-        .ok_or_else(|| Error::NobodyToTrain { study: name.clone() })?;
+        .ok_or_else(|| Error::NobodyToTrain(name.clone()))?;
     let distance_m_per_a = training.distance_m / years(loaded) as f64;
     let km_per_a = distance_m_per_a / 1000.0;
     // litres over 100 km, kWh over km

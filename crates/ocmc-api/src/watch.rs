@@ -44,10 +44,7 @@ pub(crate) fn watched<T>(
         progress.done = done;
         watch(progress)
     };
-    let ended = match look(0) {
-        ControlFlow::Continue(()) => work(&mut look),
-        ControlFlow::Break(()) => ControlFlow::Break(()),
-    };
+    let ended = if look(0).is_continue() { work(&mut look) } else { ControlFlow::Break(()) };
     progress.ended(ended)
 }
 

@@ -10,21 +10,10 @@ use ocmc_fleet::load::Load;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Name of the file of chargings beside records of that format.
-pub fn chargings_name(format: RecordFormat) -> &'static str {
-    match format {
-        RecordFormat::Parquet => "chargings.parquet",
-        RecordFormat::Csv => "chargings.csv",
-    }
-}
-
-/// Name of the file of load curves beside records of that format.
-pub fn loads_name(format: RecordFormat) -> &'static str {
-    match format {
-        RecordFormat::Parquet => "loads.parquet",
-        RecordFormat::Csv => "loads.csv",
-    }
-}
+/// Name of the table of chargings.
+pub(crate) const CHARGINGS: &str = "chargings";
+/// Name of the table of load curves.
+pub(crate) const LOADS: &str = "loads";
 
 /// Load curves as one table.
 pub fn loads_batch(loads: &[Load]) -> RecordBatch {

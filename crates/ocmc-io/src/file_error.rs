@@ -18,17 +18,17 @@ pub struct FileError {
 
 impl FileError {
     /// Why the path cannot be created.
-    pub(crate) fn create(path: &Path) -> impl Fn(io::Error) -> Self {
+    pub fn create(path: &Path) -> impl Fn(io::Error) -> Self {
         Self::of("create", path)
     }
 
     /// Why the path cannot be written.
-    pub(crate) fn write(path: &Path) -> impl Fn(io::Error) -> Self {
+    pub fn write(path: &Path) -> impl Fn(io::Error) -> Self {
         Self::of("write", path)
     }
 
     /// Why the path cannot be read.
-    pub(crate) fn read(path: &Path) -> impl Fn(io::Error) -> Self {
+    pub fn read(path: &Path) -> impl Fn(io::Error) -> Self {
         Self::of("read", path)
     }
 

@@ -42,6 +42,14 @@ pub fn percent(share: f64) -> String {
     if text == "-0.0" { "0.0".to_owned() } else { text }
 }
 
+/// A share in per cent, with its interval where there is one.
+pub fn share_text(share: f64, ci95: Option<[f64; 2]>) -> String {
+    match ci95 {
+        Some([low, high]) => format!("{} ({} to {})", percent(share), percent(low), percent(high)),
+        None => percent(share),
+    }
+}
+
 /// A quantity rounded to about four digits, with commas from a thousand on.
 pub fn rounded(number: f64) -> String {
     if number.abs() >= 1000.0 {

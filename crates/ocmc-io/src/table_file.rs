@@ -16,13 +16,45 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub(crate) struct TableWriter {
     path: PathBuf,
-    file: TableFile,
+    file: TableFile<File>,
 }
 
 #[derive(Debug)]
-enum TableFile {
-    Parquet(Box<ArrowWriter<File>>),
-    Csv(BufWriter<File>),
+enum TableFile<W: Write + Send> {
+    Parquet(Box<ArrowWriter<W>>),
+    Csv(BufWriter<W>),
+}
+
+impl<W: Write + Send> TableFile<W> {
+    fn begin(out: W, format: RecordFormat, schema: SchemaRef) -> io::Result<Self> {
+        match format {
+            RecordFormat::Parquet => {
+                ArrowWriter::try_new(out, schema, Some(properties(Compression::Zstd)))
+                    .map(|file| Self::Parquet(Box::new(file)))
+                    .map_err(io_error)
+            }
+            RecordFormat::Csv => {
+                let mut file = BufWriter::new(out);
+                let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
+                writeln!(file, "{}", names.join(","))?;
+                Ok(Self::Csv(file))
+            }
+        }
+    }
+
+    fn add(&mut self, batch: &RecordBatch) -> io::Result<()> {
+        match self {
+            Self::Parquet(file) => file.write(batch).and_then(|()| file.flush()).map_err(io_error),
+            Self::Csv(file) => write_rows(file, batch),
+        }
+    }
+
+    fn end(self) -> io::Result<W> {
+        match self {
+            Self::Parquet(file) => file.into_inner().map_err(io_error),
+            Self::Csv(file) => Ok(file.into_inner()?),
+        }
+    }
 }
 
 impl TableWriter {
@@ -34,62 +66,28 @@ impl TableWriter {
     ) -> Result<Self, RecordsError> {
         let file = OpenOptions::new().write(true).create_new(true).open(path);
         let file = file.map_err(FileError::create(path))?;
-        let begin = || match format {
-            RecordFormat::Parquet => {
-                ArrowWriter::try_new(file, schema, Some(properties(Compression::Zstd)))
-                    .map(|file| TableFile::Parquet(Box::new(file)))
-                    .map_err(io_error)
-            }
-            RecordFormat::Csv => {
-                let mut file = BufWriter::new(file);
-                let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
-                writeln!(file, "{}", names.join(","))?;
-                Ok(TableFile::Csv(file))
-            }
-        };
-        let file = begin().map_err(FileError::write(path))?;
+        let file = TableFile::begin(file, format, schema).map_err(FileError::write(path))?;
         Ok(Self { path: path.to_owned(), file })
     }
 
     /// Writes a batch: in Parquet a row group.
     pub(crate) fn add(&mut self, batch: &RecordBatch) -> Result<(), RecordsError> {
-        let written = match &mut self.file {
-            TableFile::Parquet(file) => {
-                file.write(batch).and_then(|()| file.flush()).map_err(io_error)
-            }
-            TableFile::Csv(file) => write_rows(file, batch),
-        };
-        Ok(written.map_err(FileError::write(&self.path))?)
+        Ok(self.file.add(batch).map_err(FileError::write(&self.path))?)
     }
 
     /// Completes the file and makes sure that it is on the disk.
     pub(crate) fn finish(self) -> Result<(), RecordsError> {
-        let finished = match self.file {
-            TableFile::Parquet(mut file) => {
-                file.finish().map_err(io_error).and_then(|_| file.inner().sync_all())
-            }
-            TableFile::Csv(mut file) => file.flush().and_then(|()| file.get_ref().sync_all()),
-        };
+        let finished = self.file.end().and_then(|file| file.sync_all());
         Ok(finished.map_err(FileError::write(&self.path))?)
     }
 }
 
 /// The bytes of a file of one table: a function of its rows alone.
 pub(crate) fn encoded(table: &RecordBatch, format: RecordFormat) -> Vec<u8> {
-    let written = match format {
-        RecordFormat::Parquet => {
-            ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties(Compression::Zstd)))
-                .and_then(|mut file| file.write(table).map(|()| file))
-                .and_then(ArrowWriter::into_inner)
-                .map_err(io_error)
-        }
-        RecordFormat::Csv => {
-            let schema = table.schema();
-            let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
-            let mut text = (names.join(",") + "\n").into_bytes();
-            write_rows(&mut text, table).map(|()| text)
-        }
-    };
+    let written = TableFile::begin(Vec::new(), format, table.schema()).and_then(|mut file| {
+        file.add(table)?;
+        file.end()
+    });
     written.expect("memory takes every table")
 }
 

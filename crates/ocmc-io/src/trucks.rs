@@ -1,6 +1,6 @@
 //! Truck-years in files: one row a truck and year, a column for each total and each quantity.
 
-use crate::records::RecordFormat;
+use crate::records::arrow::{integer, number};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt64Array};
 use arrow_schema::{DataType, Field, Schema};
 use ocmc_core::record::Cell;
@@ -8,13 +8,8 @@ use ocmc_fleet::truck_column::{TRUCK_COLUMNS, TruckColumn};
 use ocmc_fleet::truck_year::TruckTime;
 use std::sync::Arc;
 
-/// Name of the file beside records of that format.
-pub fn file_name(format: RecordFormat) -> &'static str {
-    match format {
-        RecordFormat::Parquet => "trucks.parquet",
-        RecordFormat::Csv => "trucks.csv",
-    }
-}
+/// Name of the table.
+pub(crate) const TRUCKS: &str = "trucks";
 
 /// Truck-years as one table: integers and numbers, null for what a powertrain does not have.
 pub fn record_batch(trucks: &[TruckTime]) -> RecordBatch {
@@ -32,12 +27,4 @@ pub fn record_batch(trucks: &[TruckTime]) -> RecordBatch {
     let (fields, columns): (Vec<Field>, Vec<ArrayRef>) = TRUCK_COLUMNS.iter().map(column).unzip();
     let schema = Arc::new(Schema::new(fields));
     RecordBatch::try_new(schema, columns).expect("every column has its type and length")
-}
-
-fn integer(cell: Cell) -> Option<u64> {
-    if let Cell::Integer(value) = cell { value } else { None }
-}
-
-fn number(cell: Cell) -> Option<f64> {
-    if let Cell::Number(value) = cell { value } else { None }
 }

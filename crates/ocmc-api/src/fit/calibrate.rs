@@ -1,6 +1,6 @@
 //! The law of curve speeds behind a measured table, through a study.
 
-use super::{FitAnswer, of_curve_speed};
+use super::{FitAnswer, of_driver};
 use crate::error::Error;
 use crate::source::{Mapping, Source};
 use crate::text::table;
@@ -84,8 +84,9 @@ pub fn calibrate_curve_speed(
         ("driver_sd", law.driver_sd, driver_error),
         ("residual_sd", law.residual_sd, residual_error),
     ];
+    let errors = errors.map(|error| of_driver("curve_speed", error));
     let part = FittedPart::new(&study.model, &["driver", "curve_speed"], &law);
-    let part = part.with_errors(&study.model, "curve_speed", errors.map(of_curve_speed));
+    let part = part.with_errors(&study.model, "curve_speed", errors);
     let (text, warnings) = (text(&fit), warnings(&fit));
     Ok(FitAnswer::new(fit, &text, warnings, &part))
 }

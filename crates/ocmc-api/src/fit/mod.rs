@@ -79,9 +79,9 @@ fn estimates<'a>(
     parameters.iter().filter_map(estimate)
 }
 
-/// An estimate of the law of curve speeds: its key there, the number, its standard error.
-fn of_curve_speed((key, value, standard_error): (&str, f64, f64)) -> Estimate {
-    Estimate { key: format!("driver.curve_speed.{key}"), value, standard_error }
+/// An estimate of a law of the driver: its key there, the number, its standard error.
+fn of_driver(law: &str, (key, value, standard_error): (&str, f64, f64)) -> Estimate {
+    Estimate { key: format!("driver.{law}.{key}"), value, standard_error }
 }
 
 /// Measurements that have no fit.
@@ -134,7 +134,8 @@ pub fn fit_curve_speed(request: &CurveSpeedRequest) -> Result<FitAnswer<CurveSpe
         return Err(Error::Tobit);
     }
     let population = fit.population(censored, &base.driver.curve_speed);
-    let errors = fit.errors_of(&population, censored).into_iter().map(of_curve_speed);
+    let errors = fit.errors_of(&population, censored).into_iter();
+    let errors = errors.map(|error| of_driver("curve_speed", error));
     let part = FittedPart::new(base, &["driver", "curve_speed"], &population);
     let part = part.with_errors(base, "curve_speed", errors);
     let text = text::curve_speed(&fit, table.driver.len());
@@ -196,10 +197,8 @@ pub fn fit_speed_change(
     let source = tables.first().map_or("".as_ref(), Source::path);
     let fit = speed_change::fit(&changes, options).map_err(|error| no_fit(source, error))?;
     let population = fit.population(&base.driver.speed_change, *untruncated);
-    let errors = fit.errors_of(&population, *untruncated).into_iter().map(|(key, value, error)| {
-        let key = format!("driver.speed_change.{key}");
-        Estimate { key, value, standard_error: error }
-    });
+    let errors = fit.errors_of(&population, *untruncated).into_iter();
+    let errors = errors.map(|error| of_driver("speed_change", error));
     let part = FittedPart::new(base, &["driver", "speed_change"], &population);
     let part = part.with_errors(base, "speed_change", errors);
     let warnings = fit.warnings();

@@ -18,7 +18,7 @@ use ocmc_fleet::sensitivity::{
 use ocmc_fleet::shapley::{ShapleyEffects, cycles_of_row, shapley};
 use ocmc_fleet::variance_share::LEAST_GROUPS;
 use ocmc_io::label::label;
-use ocmc_io::number_text::{grouped, percent, rounded};
+use ocmc_io::number_text::{grouped, percent, rounded, share_text};
 use ocmc_io::study::{LoadedStudy, Origin, resolved_toml, study_hash};
 use serde::Serialize;
 use std::fmt::Write;
@@ -178,8 +178,7 @@ impl Answer for SensitivityAnswer {
 pub(crate) fn quantity_named(
     column: Option<&str>,
 ) -> Result<Option<&'static RecordQuantity>, Error> {
-    let known =
-        |name: &str| quantity(name).ok_or_else(|| Error::UnknownColumn { name: name.to_owned() });
+    let known = |name: &str| quantity(name).ok_or_else(|| Error::UnknownColumn(name.to_owned()));
     column.map(known).transpose()
 }
 
@@ -188,7 +187,7 @@ fn groups_named(names: Option<&[String]>) -> Result<Vec<FactorGroup>, Error> {
     let mut groups = factor_groups();
     if let Some(names) = names {
         if let Some(name) = names.iter().find(|name| groups.iter().all(|g| g.name != **name)) {
-            return Err(Error::UnknownFactor { name: name.clone() });
+            return Err(Error::UnknownFactor(name.clone()));
         }
         groups.retain(|group| names.iter().any(|name| name == group.name));
     }
@@ -214,7 +213,7 @@ fn shapley_text(effects: &ShapleyEffects) -> String {
         cycles_of_row()
     );
     for share in &effects.factors {
-        let cell = cell(share.share, share.ci95);
+        let cell = share_text(share.share, share.ci95);
         let _ = writeln!(text, "{}", row_of(share.factor, &cell, "", share.share).trim_end());
     }
     let sum: f64 = effects.factors.iter().map(|share| share.share).sum();
@@ -280,28 +279,17 @@ fn table(shares: &Sensitivity) -> String {
         rounded(factor * shares.mean),
         rounded(factor * shares.variance.sqrt())
     );
-    let head = format!("{:name_width$}{:>width$}{:>width$}", "", "first-order", "total effect");
-    let _ = writeln!(text, "{head}");
+    let _ = writeln!(text, "{:name_width$}{:>width$}{:>width$}", "", "first-order", "total effect");
     for share in &shares.factors {
         let _ = writeln!(text, "{}", row(share).trim_end());
     }
     text
 }
 
+/// A factor with its shares.
 fn row(share: &FactorShare) -> String {
-    let first = cell(share.first, share.first_ci95);
-    let total = cell(share.total, share.total_ci95);
-    row_of(share.factor, &first, &total, share.total)
-}
-
-/// A share with its interval.
-fn cell(share: f64, ci95: Option<[f64; 2]>) -> String {
-    match ci95 {
-        Some([low, high]) => {
-            format!("{} ({} to {})", percent(share), percent(low), percent(high))
-        }
-        None => percent(share),
-    }
+    let first = share_text(share.first, share.first_ci95);
+    row_of(share.factor, &first, &share_text(share.total, share.total_ci95), share.total)
 }
 
 /// A factor, two cells, and a bar.

@@ -3,6 +3,7 @@
 use super::SimulatorStudyAnswer;
 use crate::answer::Answer;
 use crate::error::Error;
+use crate::text::cell;
 use crate::validate::written;
 use ocmc_io::report::{DriveSeries, SimulatorPage, pictures, simulator_html};
 use std::fmt::Write;
@@ -134,9 +135,4 @@ impl SimulatorStudyAnswer {
         }
         text
     }
-}
-
-/// A number, or an empty cell.
-fn cell(number: Option<f64>) -> String {
-    number.filter(|number| number.is_finite()).map_or(String::new(), |number| format!("{number:?}"))
 }

@@ -16,6 +16,7 @@ use ocmc_estimation::fit::speed_change::{
     SpeedChangeFit, SpeedChangeOptions, SpeedChangeTable, fit as fit_speed_change,
 };
 use ocmc_estimation::identification::options::{IdentifyOptions, SpeedTerm};
+use ocmc_fleet::quantile::quantile;
 use ocmc_fleet::run::{RunPlan, each};
 use ocmc_io::report::{
     ComparedNumber, SimulatorChange, SimulatorCurve, SimulatorDrive, SimulatorEvent,
@@ -150,21 +151,14 @@ pub fn simulator_study(
         fits.push((speeds, accelerations));
     }
     let compared = PRINTED
-        .iter()
-        .map(|printed| {
-            let values = fits.iter().filter_map(|(curves, changes)| (printed.of)(curves, changes));
+        .into_iter()
+        .map(|(table, quantity, paper, of)| {
+            let values = fits.iter().filter_map(|(curves, changes)| of(curves, changes));
             let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
             values.sort_by(f64::total_cmp);
             let at = |share| quantile(&values, share);
-            ComparedNumber {
-                table: printed.table,
-                quantity: printed.quantity,
-                paper: printed.value,
-                median: at(0.5),
-                p5: at(0.05),
-                p95: at(0.95),
-                n: values.len(),
-            }
+            let (median, p5, p95, n) = (at(0.5), at(0.05), at(0.95), values.len());
+            ComparedNumber { table, quantity, paper, median, p5, p95, n }
         })
         .collect();
     let signals: Vec<_> =
@@ -225,13 +219,6 @@ fn change_table<'a>(changes: impl Iterator<Item = &'a SimulatorChange>) -> Speed
         table.acceleration_mps2.push(change.acceleration_mps2);
     }
     table
-}
-
-/// A quantile of sorted values, linear between them.
-fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let at = share * (sorted.len().checked_sub(1)?) as f64;
-    let (low, high) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    Some(low + (at - at.floor()) * (high - low))
 }
 
 /// What the pictures show.

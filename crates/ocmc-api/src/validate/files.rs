@@ -1,15 +1,15 @@
 //! The files of a validation: tables, pictures and a page.
 
-use super::ValidateAnswer;
+use super::{ValidateAnswer, ValidatedRoad};
 use crate::answer::Answer;
 use crate::error::Error;
+use crate::text::cell;
 use ocmc_estimation::validation::ensemble::DriveScore;
 use ocmc_io::file_error::FileError;
 use ocmc_io::report::{RoadPicture, ValidationPage, validation_html};
 use ocmc_io::table::spreadsheet;
 use std::fmt::Write;
 use std::fs;
-use std::io;
 use std::path::Path;
 
 /// Most roads that get a picture.
@@ -23,26 +23,20 @@ pub fn check_empty(directory: &Path) -> Result<(), Error> {
     if !directory.exists() {
         return Ok(());
     }
-    let mut entries = fs::read_dir(directory).map_err(failed("read", directory))?;
+    let mut entries = fs::read_dir(directory).map_err(FileError::read(directory))?;
     match entries.next() {
-        Some(_) => Err(Error::NotEmpty { directory: directory.to_owned() }),
+        Some(_) => Err(Error::NotEmpty(directory.to_owned())),
         None => Ok(()),
     }
 }
 
-/// What the system did not let us do.
-fn failed(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> FileError {
-    let path = path.to_owned();
-    move |source| FileError { action, path, source }
-}
-
 /// Writes files, by their names, to a directory, which is made and has to be empty.
 pub(crate) fn written(directory: &Path, files: Vec<(String, String)>) -> Result<(), Error> {
-    fs::create_dir_all(directory).map_err(failed("create", directory))?;
+    fs::create_dir_all(directory).map_err(FileError::create(directory))?;
     check_empty(directory)?;
     for (name, text) in files {
         let path = directory.join(name);
-        fs::write(&path, text).map_err(failed("write", &path))?;
+        fs::write(&path, text).map_err(FileError::write(&path))?;
     }
     Ok(())
 }
@@ -156,18 +150,12 @@ impl ValidateAnswer {
             "road,position_m,limit_mps,p5_mps,p25_mps,p50_mps,p75_mps,p95_mps,drive,measured_mps\n"
                 .to_owned();
         for road in &self.roads {
+            let ValidatedRoad { position_m, limit_mps, p5_mps, p25_mps, .. } = road;
+            let ValidatedRoad { p50_mps, p75_mps, p95_mps, .. } = road;
+            let columns = [position_m, limit_mps, p5_mps, p25_mps, p50_mps, p75_mps, p95_mps];
             let name = quoted(&road.name);
             let mut rows = |drive: &str, measured: Option<&[f64]>| {
-                for k in 0..road.position_m.len() {
-                    let columns = [
-                        &road.position_m,
-                        &road.limit_mps,
-                        &road.p5_mps,
-                        &road.p25_mps,
-                        &road.p50_mps,
-                        &road.p75_mps,
-                        &road.p95_mps,
-                    ];
+                for k in 0..position_m.len() {
                     let numbers = columns.map(|column| cell(Some(column[k]))).join(",");
                     let measured = cell(measured.map(|speeds| speeds[k]));
                     let _ = writeln!(text, "{name},{numbers},{drive},{measured}");
@@ -182,11 +170,6 @@ impl ValidateAnswer {
         }
         text
     }
-}
-
-/// A number, or an empty cell.
-fn cell(number: Option<f64>) -> String {
-    number.filter(|number| number.is_finite()).map_or(String::new(), |number| format!("{number:?}"))
 }
 
 /// A word as a cell.

@@ -73,13 +73,9 @@ impl Answer for ValidateAnswer {
     }
 
     fn text(&self) -> String {
-        let mut text = String::new();
-        for (name, value) in self.facts() {
-            text.push_str(&fact(name, value));
-        }
-        if let Some(circle) = self.circle() {
-            text.push_str(&fact("CIRCULAR", circle));
-        }
+        let circle = self.circle().map(|circle| ("CIRCULAR", circle));
+        let facts = self.facts().into_iter().chain(circle);
+        let mut text: String = facts.map(|(name, value)| fact(name, value)).collect();
         text.push_str(&took(self.wall_s, self.threads, self.trips * self.roads.len() as u64));
         text.push('\n');
         let head =

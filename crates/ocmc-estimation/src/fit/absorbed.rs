@@ -14,11 +14,8 @@
 //! Source: R. Frisch, F. V. Waugh, Econometrica 1 (1933); M. C. Lovell, Journal of the American
 //! Statistical Association 58 (1963). Equal to the dense regression in `tests`.
 
-use super::least_squares::{Collinear, Triangle};
+use super::least_squares::{Collinear, Part, Triangle, check_collinear};
 use nalgebra::{DMatrix, DVector};
-
-/// Share of a column's length that has to be left of it beside the columns before it.
-const COLLINEAR: f64 = 1e-11;
 
 /// A least-squares problem with a level for each group.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,40 +34,6 @@ pub struct Absorbed {
     pub residual_sum_sq: f64,
     /// Number of rows.
     pub rows: usize,
-}
-
-/// A triangle of columns and what they explain of y.
-#[derive(Clone, Debug, PartialEq)]
-struct Part {
-    r: DMatrix<f64>,
-    effects: DVector<f64>,
-}
-
-impl Part {
-    /// Of a triangle of \[Z y\]; what is left of y, as sum of squares.
-    fn of(triangle: &DMatrix<f64>) -> (Self, f64) {
-        let width = triangle.ncols() - 1;
-        let r = triangle.view((0, 0), (width, width)).into_owned();
-        let effects = triangle.view((0, width), (width, 1)).column(0).into_owned();
-        let last = triangle[(width, width)];
-        (Self { r, effects }, last * last)
-    }
-
-    /// These columns in this order; what the others explained of y, as sum of squares.
-    fn with_columns(&self, order: &[usize]) -> (Self, f64) {
-        let width = order.len();
-        let mut columns = DMatrix::zeros(self.r.nrows(), width + 1);
-        for (to, &from) in order.iter().enumerate() {
-            columns.set_column(to, &self.r.column(from));
-        }
-        columns.set_column(width, &self.effects);
-        Self::of(&columns.qr().r().resize_vertically(width + 1, 0.0))
-    }
-
-    fn coefficients(&self) -> DVector<f64> {
-        let solved = self.r.solve_upper_triangular(&self.effects);
-        solved.expect("no diagonal is zero: collinear columns were refused")
-    }
 }
 
 /// A linear combination of levels and coefficients: the sum over groups of (`every` + its part of
@@ -127,12 +90,7 @@ impl Absorbed {
             within.push(&values);
         }
         let inner = within.reduced();
-        for (column, length) in lengths.iter().enumerate() {
-            let left = inner[(column, column)].abs();
-            if !(left > COLLINEAR * libm::sqrt(*length)) {
-                return Err(Collinear { column });
-            }
-        }
+        check_collinear(&inner, &lengths)?;
         let mut total = Triangle::new(width + 1);
         for row in inner.row_iter() {
             total.push(&row.iter().copied().collect::<Vec<f64>>());
@@ -207,20 +165,12 @@ impl Absorbed {
 
     /// The part of (XᵀX)⁻¹ that belongs to the coefficients.
     pub fn inverse_gram(&self) -> DMatrix<f64> {
-        let width = self.width();
-        let inverse = self.within.r.solve_upper_triangular(&DMatrix::identity(width, width));
-        let inverse = inverse.expect("no diagonal is zero: collinear columns were refused");
-        &inverse * inverse.transpose()
+        self.within.inverse_gram()
     }
 
     /// Means of the columns in a group.
     pub fn group_mean(&self, group: usize) -> Vec<f64> {
         self.means.row(group).iter().copied().collect()
-    }
-
-    /// Mean of y in a group.
-    pub fn group_response(&self, group: usize) -> f64 {
-        self.y_means[group]
     }
 
     /// Sum of squares that a column explains of what the groups and the columns before it leave.

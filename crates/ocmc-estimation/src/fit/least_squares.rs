@@ -20,14 +20,64 @@ const COLLINEAR: f64 = 1e-11;
 /// A least-squares problem, reduced: the intercept is column 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeastSquares {
-    /// Upper triangle R of X = Q R.
-    r: DMatrix<f64>,
-    /// Qᵀ y, as far as the columns reach.
-    effects: DVector<f64>,
+    part: Part,
     /// What the columns leave of y, as sum of squares.
     pub residual_sum_sq: f64,
     /// Number of rows.
     pub rows: usize,
+}
+
+/// Upper triangle R of columns X = Q R, and Qᵀ y: what they explain of y.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) r: DMatrix<f64>,
+    pub(super) effects: DVector<f64>,
+}
+
+impl Part {
+    /// Of a triangle of \[Z y\]; what is left of y, as sum of squares.
+    pub(super) fn of(triangle: &DMatrix<f64>) -> (Self, f64) {
+        let width = triangle.ncols() - 1;
+        let r = triangle.view((0, 0), (width, width)).into_owned();
+        let effects = triangle.view((0, width), (width, 1)).column(0).into_owned();
+        let last = triangle[(width, width)];
+        (Self { r, effects }, last * last)
+    }
+
+    /// These columns in this order; what the others explained of y, as sum of squares.
+    pub(super) fn with_columns(&self, order: &[usize]) -> (Self, f64) {
+        let width = order.len();
+        let mut columns = DMatrix::zeros(self.r.nrows(), width + 1);
+        for (to, &from) in order.iter().enumerate() {
+            columns.set_column(to, &self.r.column(from));
+        }
+        columns.set_column(width, &self.effects);
+        // where no column is left out, the triangle has one row less than the response reaches
+        Self::of(&columns.qr().r().resize_vertically(width + 1, 0.0))
+    }
+
+    pub(super) fn coefficients(&self) -> DVector<f64> {
+        let solved = self.r.solve_upper_triangular(&self.effects);
+        solved.expect("no diagonal is zero: collinear columns were refused")
+    }
+
+    pub(super) fn inverse_gram(&self) -> DMatrix<f64> {
+        let width = self.r.ncols();
+        let inverse = self.r.solve_upper_triangular(&DMatrix::identity(width, width));
+        let inverse = inverse.expect("no diagonal is zero: collinear columns were refused");
+        &inverse * inverse.transpose()
+    }
+}
+
+/// Refuses columns of which the triangle leaves next to nothing of their `lengths` squared.
+pub(super) fn check_collinear(triangle: &DMatrix<f64>, lengths: &[f64]) -> Result<(), Collinear> {
+    for (column, length) in lengths.iter().enumerate() {
+        let left = triangle[(column, column)].abs();
+        if !(left > COLLINEAR * libm::sqrt(*length)) {
+            return Err(Collinear { column });
+        }
+    }
+    Ok(())
 }
 
 /// A column that the columns before it determine.
@@ -102,20 +152,13 @@ impl LeastSquares {
             triangle.push(&values);
         }
         let triangle = triangle.reduced();
-        for (column, length) in lengths.iter().enumerate() {
-            let left = triangle[(column, column)].abs();
-            if !(left > COLLINEAR * libm::sqrt(*length)) {
-                return Err(Collinear { column });
-            }
-        }
-        let mut r = triangle.view((0, 0), (width, width)).into_owned();
-        let mut effects = triangle.view((0, width), (width, 1)).column(0).into_owned();
+        check_collinear(&triangle, &lengths)?;
+        let (mut part, residual_sum_sq) = Part::of(&triangle);
         for column in 1..width {
-            r[(0, column)] += r[(0, 0)] * means[column];
+            part.r[(0, column)] += part.r[(0, 0)] * means[column];
         }
-        effects[0] += r[(0, 0)] * means[width];
-        let last = triangle[(width, width)];
-        Ok(Self { r, effects, residual_sum_sq: last * last, rows: n })
+        part.effects[0] += part.r[(0, 0)] * means[width];
+        Ok(Self { part, residual_sum_sq, rows: n })
     }
 
     /// The same rows with these columns in this order; the others are left out. Column 0 has to
@@ -126,21 +169,8 @@ impl LeastSquares {
     #[must_use]
     pub fn with_columns(&self, order: &[usize]) -> Self {
         assert_eq!(order.first(), Some(&0), "the intercept stays first");
-        let (height, width) = (self.r.nrows(), order.len());
-        let mut columns = DMatrix::zeros(height, width + 1);
-        for (to, &from) in order.iter().enumerate() {
-            columns.set_column(to, &self.r.column(from));
-        }
-        columns.set_column(width, &self.effects);
-        let triangle = columns.qr().r().resize_vertically(width + 1, 0.0);
-        // where no column is left out, the triangle has one row less than the response reaches
-        let last = triangle[(width, width)];
-        Self {
-            r: triangle.view((0, 0), (width, width)).into_owned(),
-            effects: triangle.view((0, width), (width, 1)).column(0).into_owned(),
-            residual_sum_sq: self.residual_sum_sq + last * last,
-            rows: self.rows,
-        }
+        let (part, more) = self.part.with_columns(order);
+        Self { part, residual_sum_sq: self.residual_sum_sq + more, rows: self.rows }
     }
 
     /// The same rows with the coefficient of a column fixed, which leaves the problem.
@@ -150,34 +180,30 @@ impl LeastSquares {
     #[must_use]
     pub fn with_fixed(&self, column: usize, value: f64) -> Self {
         let mut offset = self.clone();
-        offset.effects -= value * self.r.column(column);
-        let others: Vec<usize> = (0..self.r.ncols()).filter(|&other| other != column).collect();
+        offset.part.effects -= value * self.part.r.column(column);
+        let others: Vec<usize> = (0..self.width()).filter(|&other| other != column).collect();
         offset.with_columns(&others)
     }
 
     /// The coefficients.
     pub fn coefficients(&self) -> DVector<f64> {
-        let solved = self.r.solve_upper_triangular(&self.effects);
-        solved.expect("no diagonal is zero: collinear columns were refused")
+        self.part.coefficients()
     }
 
     /// (XᵀX)⁻¹ = R⁻¹R⁻ᵀ, whose product with the residual variance is the covariance of the
     /// coefficients.
     pub fn inverse_gram(&self) -> DMatrix<f64> {
-        let width = self.r.ncols();
-        let inverse = self.r.solve_upper_triangular(&DMatrix::identity(width, width));
-        let inverse = inverse.expect("no diagonal is zero: collinear columns were refused");
-        &inverse * inverse.transpose()
+        self.part.inverse_gram()
     }
 
     /// Sum of squares that each column explains of what those before it leave.
     pub fn sequential_sum_sq(&self, column: usize) -> f64 {
-        self.effects[column] * self.effects[column]
+        self.part.effects[column] * self.part.effects[column]
     }
 
     /// Rows less columns.
     pub fn residual_df(&self) -> usize {
-        self.rows - self.r.ncols()
+        self.rows - self.width()
     }
 
     /// Residual standard deviation; NaN without a degree of freedom.
@@ -187,7 +213,7 @@ impl LeastSquares {
 
     /// Number of columns.
     pub fn width(&self) -> usize {
-        self.r.ncols()
+        self.part.r.ncols()
     }
 }
 

@@ -7,7 +7,7 @@
 //! logarithm.
 
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, StudentsT};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
 /// Most terms of the continued fraction: about √a are needed for parameters of size a.
 const MOST_TERMS: usize = 100_000;
@@ -52,6 +52,11 @@ pub fn t_of_interval(level: f64, df: f64) -> f64 {
         t -= (ln_p - libm::log1p(-level)) / slope;
     }
     t
+}
+
+/// Φ(x): the probability that a standard normal number is below `x`.
+pub(crate) fn normal_probability(x: f64) -> f64 {
+    0.5 * libm::erfc(-x / SQRT_2)
 }
 
 /// The interval of an estimate that reaches `t` standard errors to either side.
@@ -134,7 +139,7 @@ fn stirling(x: f64) -> f64 {
 /// Natural logarithm of P(Z > z) for the standard normal law.
 pub fn ln_normal_tail(z: f64) -> f64 {
     if z < 30.0 {
-        return libm::log(0.5 * libm::erfc(z / std::f64::consts::SQRT_2));
+        return libm::log(0.5 * libm::erfc(z / SQRT_2));
     }
     let s = 1.0 / (z * z);
     let series = 1.0 - s * (1.0 - 3.0 * s * (1.0 - 5.0 * s));

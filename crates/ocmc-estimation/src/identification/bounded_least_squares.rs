@@ -87,7 +87,7 @@ pub fn minimise(
     let count = start.len();
     let within = |value: f64, k: usize| value.clamp(bounds[k][0], bounds[k][1]);
     let mut x: Vec<f64> = (0..count).map(|k| within(start[k], k)).collect();
-    let mut r = residuals_at(residuals, &x);
+    let mut r = residuals(&[x.clone()]).pop().expect("one point has its residuals");
     let mut sum = square_sum(&r);
     let mut scale = vec![0.0f64; count];
     let mut damping = FIRST_DAMPING;
@@ -191,10 +191,6 @@ pub fn minimise(
         }
     }
     optimum
-}
-
-fn residuals_at(residuals: ResidualsAt, x: &[f64]) -> Vec<f64> {
-    residuals(&[x.to_vec()]).pop().expect("one point has its residuals")
 }
 
 /// Central differences, one-sided at a bound.

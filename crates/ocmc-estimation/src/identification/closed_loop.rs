@@ -270,22 +270,13 @@ impl<'a> ClosedLoop<'a> {
     /// What is driven with a controller.
     fn rolling_start(&self, controller: &Controller) -> RollingStart {
         let mut scenario = self.scenario.clone();
-        let Controller {
-            proportional,
-            integral,
-            derivative,
-            threshold_mps,
-            set_speed_mps,
-            start,
-            start_speed_mps,
-            delay_s,
-            mass_kg,
-        } = *controller;
+        let Controller { proportional, integral, derivative, threshold_mps, .. } = *controller;
+        let Controller { set_speed_mps, start_speed_mps, .. } = *controller;
         let hold = self.study.model().driver.pedals.switched.hold;
         scenario.driver.pedals =
             Pedals { proportional, integral, derivative, threshold_mps, hold, redraws: 0 };
         scenario.driver.speed_limit.compliance = set_speed_mps * self.compliance_per_mps;
-        if let Some(mass_kg) = mass_kg {
+        if let Some(mass_kg) = controller.mass_kg {
             let vehicle = &self.study.model().vehicle;
             let (streams, without) = (Streams::new(0, 0), [ModelSwitch::VehicleSpread]);
             let payload_kg = mass_kg - vehicle.curb_mass_kg;
@@ -293,11 +284,11 @@ impl<'a> ClosedLoop<'a> {
         }
         let near = |threshold_mps| (set_speed_mps - start_speed_mps).abs() < threshold_mps;
         let rolling = InitialMotion {
-            integral: start,
+            integral: controller.start,
             holds: threshold_mps.is_some_and(near),
             speed_mps: start_speed_mps,
             filtered_mps: self.rolling.filtered_mps + start_speed_mps - self.rolling.speed_mps,
-            reaction_delay_s: delay_s,
+            reaction_delay_s: controller.delay_s,
             ..self.rolling
         };
         (scenario, rolling)

@@ -20,6 +20,7 @@ use std::io::Read;
 use std::path::Path;
 
 pub use account::{Account, account};
+pub(crate) use route::checked_noise;
 
 /// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write
 /// them.

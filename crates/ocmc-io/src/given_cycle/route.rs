@@ -22,7 +22,6 @@ use ocmc_core::operating_cycle::road::route_noise::{
     LEAST_NOISE_M, MOST_NOISE_M, noise_of_values, smooth_altitudes,
 };
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
-use std::path::Path;
 
 /// The rows of a route; a column that is not there has none.
 #[derive(Default)]
@@ -94,7 +93,7 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     if let Some(path) = &path
         && (rows.position_m.is_empty() || rows.curvature.is_empty())
     {
-        noise.positions_m = checked_noise("positions", path.noise_m(), file)?;
+        noise.positions_m = checked_noise("positions", path.noise_m()).map_err(in_file(file))?;
         let is_grown = positions.windows(2).all(|pair| pair[1] > pair[0]);
         let odometer = !rows.position_m.is_empty();
         if noise.positions_m >= LEAST_NOISE_M && (is_grown || !odometer) {
@@ -118,7 +117,8 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     if !rows.grade.is_empty() {
         tracks.push(track("grade", Rule::Constant, rows.grade));
     } else if !rows.altitude_m.is_empty() {
-        noise.altitudes_m = checked_noise("altitudes", noise_of_values(&rows.altitude_m), file)?;
+        let noise_m = noise_of_values(&rows.altitude_m);
+        noise.altitudes_m = checked_noise("altitudes", noise_m).map_err(in_file(file))?;
         let mut altitude = track("altitude_m", Rule::Linear, rows.altitude_m);
         if noise.altitudes_m >= LEAST_NOISE_M
             && let Values::Numbers(altitude_m) = &altitude.value
@@ -163,16 +163,20 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
 }
 
 /// Refuses points that scatter so much that they tell no road.
-fn checked_noise(what: &'static str, noise_m: f64, file: &Path) -> Result<f64, TableError> {
+pub(crate) fn checked_noise(what: &'static str, noise_m: f64) -> Result<f64, GivenCycleError> {
     let most_m = MOST_NOISE_M;
-    let fault = || in_file(file)(GivenCycleError::Noise { what, noise_m, most_m });
-    if noise_m <= most_m { Ok(noise_m) } else { Err(fault()) }
+    if noise_m <= most_m {
+        Ok(noise_m)
+    } else {
+        Err(GivenCycleError::Noise { what, noise_m, most_m })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::fmt::Write;
+    use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, TableError> {
         read(Source::Text(Path::new("r.csv"), text), &[])

@@ -6,12 +6,13 @@
 
 use super::LoggedTrip;
 use super::curves::{TripError, tells_turns};
+use crate::given_cycle::checked_noise;
 use crate::table::Quantity;
 use arrow_array::Float64Array;
-use ocmc_core::operating_cycle::given::{GivenCycleError, PointNoise};
+use ocmc_core::operating_cycle::given::PointNoise;
 use ocmc_core::operating_cycle::road::route_geometry::{Path2d, interpolate};
 use ocmc_core::operating_cycle::road::route_noise::{
-    LEAST_NOISE_M, MOST_NOISE_M, noise_of_values, smooth_altitudes,
+    LEAST_NOISE_M, noise_of_values, smooth_altitudes,
 };
 use std::borrow::Cow;
 
@@ -38,7 +39,7 @@ pub(super) fn without_noise(
         let of = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
         if rows.len() > 1 {
             let path = Path2d::new(&of(latitude), &of(longitude));
-            noise.positions_m = checked("positions", path.noise_m())?;
+            noise.positions_m = checked_noise("positions", path.noise_m())?;
             if noise.positions_m >= LEAST_NOISE_M {
                 let (smooth, given_m) = path.smoothed(None, noise.positions_m);
                 let course_rad = given_m.iter().map(|at_m| smooth.course_rad(*at_m));
@@ -49,7 +50,7 @@ pub(super) fn without_noise(
     if let (Some(altitude), None) = (known(Quantity::Altitude), known(Quantity::Grade)) {
         let rows = advancing(&way_m, |k| altitude[k].is_finite());
         let altitude_m: Vec<f64> = rows.iter().map(|k| altitude[*k]).collect();
-        noise.altitudes_m = checked("altitudes", noise_of_values(&altitude_m))?;
+        noise.altitudes_m = checked_noise("altitudes", noise_of_values(&altitude_m))?;
         if noise.altitudes_m >= LEAST_NOISE_M {
             let at_m: Vec<f64> = rows.iter().map(|k| way_m[*k] - way_m[rows[0]]).collect();
             let smooth = smooth_altitudes(&at_m, &altitude_m, noise.altitudes_m);
@@ -113,13 +114,4 @@ fn held(rows: &[usize], values: impl Iterator<Item = f64>, count: usize) -> Vec<
         all[*row..].fill(value);
     }
     all
-}
-
-fn checked(what: &'static str, noise_m: f64) -> Result<f64, GivenCycleError> {
-    let most_m = MOST_NOISE_M;
-    if noise_m <= most_m {
-        Ok(noise_m)
-    } else {
-        Err(GivenCycleError::Noise { what, noise_m, most_m })
-    }
 }

@@ -60,10 +60,7 @@ impl FoundRoads {
             let place = file.place(drive);
             match found(drive, options, steering) {
                 Ok(found) => {
-                    self.coverage = Some(
-                        self.coverage
-                            .map_or(found.coverage, |coverage| coverage.with(found.coverage)),
-                    );
+                    self.cover(found.coverage);
                     self.notes.extend(notes(&place, &found.counts));
                     self.roads.extend(found.roads);
                 }
@@ -76,8 +73,11 @@ impl FoundRoads {
     /// Adds the road of an operating cycle, of which everything is known.
     pub fn add_cycle(&mut self, cycle: GivenCycle) {
         self.roads.push(LoggedRoad { cycle, ..LoggedRoad::default() });
-        self.coverage =
-            Some(self.coverage.map_or(Coverage::ALL, |coverage| coverage.with(Coverage::ALL)));
+        self.cover(Coverage::ALL);
+    }
+
+    fn cover(&mut self, more: Coverage) {
+        self.coverage = Some(self.coverage.map_or(more, |coverage| coverage.with(more)));
     }
 
     /// What all roads tell. With a range, in m, the curves of operating cycles are those of a

@@ -72,11 +72,11 @@ pub(super) fn record_batch_like(like: Option<&Record>, records: &[Record]) -> Re
     RecordBatch::try_new(schema, columns).expect("every column has its type and length")
 }
 
-fn integer(cell: Cell) -> Option<u64> {
+pub(crate) fn integer(cell: Cell) -> Option<u64> {
     if let Cell::Integer(value) = cell { value } else { None }
 }
 
-fn number(cell: Cell) -> Option<f64> {
+pub(crate) fn number(cell: Cell) -> Option<f64> {
     if let Cell::Number(value) = cell { value } else { None }
 }
 

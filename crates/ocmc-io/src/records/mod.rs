@@ -67,6 +67,11 @@ impl RecordFormat {
             Self::Csv => "records.csv",
         }
     }
+
+    /// Name of the file of a table beside the records.
+    pub(crate) fn file_of(self, table: &str) -> String {
+        format!("{table}.{}", self.name())
+    }
 }
 
 /// How the values of a Parquet file are compressed; text never is.

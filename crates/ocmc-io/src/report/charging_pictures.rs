@@ -2,7 +2,7 @@
 //! waterfall, as SVG that takes its colours from the page.
 
 use super::panel::Panel;
-use super::svg::{begin, label, rounded_short};
+use super::svg::{self, begin, label, rounded_short};
 use std::fmt::Write;
 
 const WIDTH: f64 = 720.0;
@@ -37,11 +37,11 @@ fn words(ticks: Vec<f64>) -> Vec<(f64, String)> {
 
 /// A band between two lines over x.
 fn band(panel: &Panel, text: &mut String, points: &[(f64, [f64; 2])], class: &str) {
-    let place = |x: f64, y: f64| format!("{:.1},{:.1}", panel.x.at(x), panel.y.at(y));
+    let place = |x: f64, y: f64| (panel.x.at(x), panel.y.at(y));
     let upper = points.iter().map(|(x, [_, high])| place(*x, *high));
     let lower = points.iter().rev().map(|(x, [low, _])| place(*x, *low));
-    let path: Vec<String> = upper.chain(lower).collect();
-    let _ = writeln!(text, "<polygon class=\"{class}\" points=\"{}\"/>", path.join(" "));
+    let path = svg::points(upper.chain(lower));
+    let _ = writeln!(text, "<polygon class=\"{class}\" points=\"{path}\"/>");
 }
 
 /// Shares in percent over km, with their intervals.

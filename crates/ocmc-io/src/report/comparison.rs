@@ -3,7 +3,7 @@
 use super::gathered::explaining;
 use super::opening::{lead, three_digits};
 use super::svg::{self, Mark, escaped};
-use super::tables::row;
+use super::tables::repeated;
 use super::{EXPLAINING, Explaining, FOOT, STYLE, folded, page_head, panels, strongest};
 use crate::label::label;
 use crate::number_text::{count_of, percent, rounded};
@@ -55,14 +55,10 @@ pub fn comparison_html(page: &ComparisonPage) -> String {
     for picture in page.pictures {
         text.push_str(&picture.html(page.pictures.len() > 1));
     }
-    let rows: String = page.facts.iter().map(|(name, value)| row(name, value)).collect();
-    let _ = writeln!(
-        text,
-        "<h2>Repeat this comparison</h2>\n<p>In the folder of this page, which has the studies whole:</p>\n\
-         <pre class=\"command\" tabindex=\"0\">{}</pre>\n<h2>Provenance</h2>\n<div class=\"wide\" tabindex=\"0\"><table><tbody>\n\
-         {rows}</tbody></table></div>\n<p class=\"soft\">The intervals are those of sampling from the studies. They do not hold \
-         the error of the models, nor that of numbers that were judged.</p>",
-        escaped(page.command)
+    text.push_str(&repeated("comparison", "the studies", page.command, page.facts));
+    text.push_str(
+        "<p class=\"soft\">The intervals are those of sampling from the studies. They do not hold \
+         the error of the models, nor that of numbers that were judged.</p>\n",
     );
     let top = page_head(&format!("{title}: a comparison by ocmc"), STYLE);
     format!("{top}<h1>{title}</h1>\n{}{FOOT}", folded(&text))

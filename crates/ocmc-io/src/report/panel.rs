@@ -1,6 +1,6 @@
 //! A panel of a picture: two axes, and what is drawn between them, as SVG.
 
-use super::svg::{Scale, escaped, label, rounded_short};
+use super::svg::{Scale, escaped, label, points, rounded_short};
 use std::fmt::Write;
 
 /// Colours of up to eight drivers, which a colour-blind reader tells apart, on white and on black.
@@ -80,11 +80,9 @@ impl Panel {
         points: impl IntoIterator<Item = (f64, f64)>,
         how: &str,
     ) {
-        let mut path = String::new();
-        for (x, y) in points.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
-            let _ = write!(path, "{:.1},{:.1} ", self.x.at(x), self.y.at(self.within(y)));
-        }
-        let _ = writeln!(text, "<polyline fill=\"none\" {how} points=\"{}\"/>", path.trim_end());
+        let known = points.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite());
+        let path = self.path(known);
+        let _ = writeln!(text, "<polyline fill=\"none\" {how} points=\"{path}\"/>");
     }
 
     /// What lies between points and 0; they are numbers, from left to right.
@@ -94,19 +92,16 @@ impl Panel {
         points: impl IntoIterator<Item = (f64, f64)>,
         how: &str,
     ) {
-        let mut path = String::new();
-        let mut ends = None;
-        for (x, y) in points {
-            let _ = write!(path, "{:.1},{:.1} ", self.x.at(x), self.y.at(self.within(y)));
-            ends = Some((ends.map_or(x, |(first, _)| first), x));
-        }
-        let Some((first, last)) = ends else { return };
-        let ground = self.y.at(self.within(0.0));
-        let [first, last] = [first, last].map(|x| self.x.at(x));
-        let _ = writeln!(
-            text,
-            "<polygon {how} points=\"{first:.1},{ground:.1} {path}{last:.1},{ground:.1}\"/>"
-        );
+        let line: Vec<(f64, f64)> = points.into_iter().collect();
+        let ([(first, _), ..], [.., (last, _)]) = (&line[..], &line[..]) else { return };
+        let ground = |x: &f64| std::iter::once((*x, 0.0));
+        let path = self.path(ground(first).chain(line.iter().copied()).chain(ground(last)));
+        let _ = writeln!(text, "<polygon {how} points=\"{path}\"/>");
+    }
+
+    /// Places of a picture, one behind the other.
+    fn path(&self, line: impl Iterator<Item = (f64, f64)>) -> String {
+        points(line.map(|(x, y)| (self.x.at(x), self.y.at(self.within(y)))))
     }
 
     /// A mark at a point, with a title.

@@ -2,15 +2,13 @@
 
 use super::opening::lead;
 use super::svg::{bars, escaped};
-use super::tables::row;
+use super::tables::{self, cells, repeated};
 use super::{FOOT, STYLE, folded, page_head};
 use crate::label::label;
-use crate::number_text::{grouped, percent, rounded};
+use crate::number_text::{grouped, percent, rounded, share_text};
 use ocmc_fleet::random_effects::TwoWay;
 use ocmc_fleet::sensitivity::{FactorShare, Over, Sensitivity};
 use ocmc_fleet::shapley::ShapleyEffects;
-use std::fmt::Write;
-
 /// Factors that the first sentence names.
 const NAMED: usize = 3;
 
@@ -47,14 +45,7 @@ pub fn sensitivity_html(page: &SensitivityPage) -> String {
     text.push_str(&table(shares));
     text.push_str(&page.shapley.map_or_else(String::new, shapley));
     text.push_str(&page.two_way.map_or_else(String::new, two_way));
-    let rows: String = page.facts.iter().map(|(name, value)| row(name, value)).collect();
-    let _ = writeln!(
-        text,
-        "<h2>Repeat this analysis</h2>\n<p>In the folder of this page, which has the study \
-         whole:</p>\n<pre class=\"command\" tabindex=\"0\">{}</pre>\n<h2>Provenance</h2>\n<div \
-         class=\"wide\" tabindex=\"0\"><table><tbody>\n{rows}</tbody></table></div>",
-        escaped(page.command)
-    );
+    text.push_str(&repeated("analysis", "the study", page.command, page.facts));
     let top = page_head(&format!("{study}: where the spread comes from, by ocmc"), STYLE);
     format!("{top}<h1>Where the spread of {study} comes from</h1>\n{}{FOOT}", folded(&text))
 }
@@ -92,7 +83,7 @@ fn picture(shares: &Sensitivity) -> String {
         .factors
         .iter()
         .map(|share| {
-            let words = cell(share.total, share.total_ci95);
+            let words = share_text(share.total, share.total_ci95);
             (share.factor.replace('.', ": ").replace('_', " "), share.total.max(0.0), words)
         })
         .collect();
@@ -107,26 +98,25 @@ fn picture(shares: &Sensitivity) -> String {
 }
 
 fn table(shares: &Sensitivity) -> String {
-    let mut text = "<h2>First-order and total effects</h2>\n<p class=\"soft\">First-order: share \
-                    of the variance, in %, that the factor explains alone. Total: with its joint \
-                    effects.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n\
-                    <thead><tr><th>factor</th><th>first-order</th><th>total</th></tr></thead>\n<tbody>\n"
-        .to_owned();
-    for share in &shares.factors {
-        let first = cell(share.first, share.first_ci95);
-        let total = cell(share.total, share.total_ci95);
-        let _ =
-            writeln!(text, "<tr><td>{}</td><td>{first}</td><td>{total}</td></tr>", share.factor);
-    }
-    text.push_str("</tbody></table></div>\n");
-    text
+    let rows = shares.factors.iter().map(|share| {
+        let first = share_text(share.first, share.first_ci95);
+        cells(&[share.factor.to_owned(), first, share_text(share.total, share.total_ci95)])
+    });
+    format!(
+        "<h2>First-order and total effects</h2>\n<p class=\"soft\">First-order: share of the \
+         variance, in %, that the factor explains alone. Total: with its joint effects.</p>\n{}",
+        tables::table(&["factor", "first-order", "total"], rows)
+    )
 }
 
 fn shapley(effects: &ShapleyEffects) -> String {
     let rows: Vec<(String, f64, String)> = effects
         .factors
         .iter()
-        .map(|share| (share.factor.to_owned(), share.share.max(0.0), cell(share.share, share.ci95)))
+        .map(|share| {
+            let words = share_text(share.share, share.ci95);
+            (share.factor.to_owned(), share.share.max(0.0), words)
+        })
         .collect();
     format!(
         "<h2>Shapley effects</h2>\n<figure>{}<figcaption>Shares of the variance, in %, that add \
@@ -146,14 +136,6 @@ fn two_way(shares: &TwoWay) -> String {
         grouped(shares.cycles),
         shares.drivers
     )
-}
-
-/// A share in per cent with its interval.
-fn cell(share: f64, ci95: Option<[f64; 2]>) -> String {
-    match ci95 {
-        Some([low, high]) => format!("{} ({} to {})", percent(share), percent(low), percent(high)),
-        None => percent(share),
-    }
 }
 
 #[cfg(test)]

@@ -30,6 +30,9 @@ pub struct Picture {
 }
 
 impl Picture {
+    fn new(name: &'static str, caption: impl Into<String>, svg: String) -> Self {
+        Self { name, caption: caption.into(), svg: svg + "</svg>\n" }
+    }
     /// As SVG that takes its letters and axes from a page.
     pub(super) fn svg(&self) -> &str {
         &self.svg
@@ -80,7 +83,6 @@ fn curve_speeds(of: &SimulatorRepetition) -> Picture {
         let point = (curve.radius_m + beside_m, KMH * curve.speed_mps);
         panel.mark(&mut svg, point, mark, colour(curve.driver - 1), &title);
     }
-    svg.push_str("</svg>\n");
     let [[exponent, speed_mps], _] = of.curve_laws;
     let caption = format!(
         "Speed in curves: left (+) and right (o), a colour a driver; limit (dashed); the law with \
@@ -89,7 +91,7 @@ fn curve_speeds(of: &SimulatorRepetition) -> Picture {
         KMH * speed_mps,
         of.reference_radius_m
     );
-    Picture { name: "curve-speed", caption, svg }
+    Picture::new("curve-speed", caption, svg)
 }
 
 /// Accelerations by kind of change.
@@ -112,23 +114,19 @@ fn accelerations(of: &SimulatorRepetition) -> Picture {
         let k = k as f64;
         let ours = ours.unwrap_or(f64::NAN);
         panel.line(&mut svg, [(k + 0.1, *paper), (k + 0.9, *paper)], LIMIT);
-        panel.line(
-            &mut svg,
-            [(k + 0.1, ours), (k + 0.9, ours)],
-            "stroke=\"#8a8a8a\" stroke-width=\"2\"",
-        );
+        let ends = [(k + 0.1, ours), (k + 0.9, ours)];
+        panel.line(&mut svg, ends, "stroke=\"#8a8a8a\" stroke-width=\"2\"");
         for change in of.changes.iter().filter(|change| change.change == *kind) {
             let point = (k + 0.1 + change.driver as f64 / 11.25, change.acceleration_mps2);
             let title = format!("driver {}, {:.2} m/s²", change.driver, point.1);
             panel.mark(&mut svg, point, Mark::Dot, colour(change.driver - 1), &title);
         }
     }
-    svg.push_str("</svg>\n");
     let caption = format!(
         "Accelerations at changes of the limit, a colour a driver; the median (line) and that of \
          the paper (dashed). What lies in the grey band, {low} to {high} m/s², does not count."
     );
-    Picture { name: "accelerations", caption, svg }
+    Picture::new("accelerations", caption, svg)
 }
 
 const GAINS: [&str; 3] = ["K_P, s/m", "K_I, 1/m", "K_D, s²/m"];
@@ -162,26 +160,23 @@ fn gain_bars(svg: &mut String, events: &[&SimulatorEvent], ticks: &[(f64, String
 fn gains(of: &SimulatorRepetition) -> Picture {
     let mut svg = begin(960.0, 580.0, "Identified gains by driver and event");
     let events: Vec<&SimulatorEvent> = of.events.iter().collect();
-    let mut ticks = Vec::new();
-    for driver in 1..=8 {
-        let places = events.iter().enumerate().filter(|(_, event)| event.driver == driver);
-        let places: Vec<usize> = places.map(|(place, _)| place).collect();
-        if let (Some(first), Some(last)) = (places.first(), places.last()) {
-            ticks.push((0.5 * (first + last + 1) as f64, format!("driver {driver}")));
-        }
-    }
-    gain_bars(
-        &mut svg,
-        &events,
-        &ticks,
-        "events of each driver, in the order in which they were met",
-    );
-    svg.push_str("</svg>\n");
+    gain_bars(&mut svg, &events, &driver_ticks(&of.events), EVENTS_OF_DRIVERS);
     let caption = "Identified gains, one fit for each driver and event: climbs (orange) and \
                    descents (blue); a dark edge where the gain ended at a bound, a black line \
-                   where the driver's own gain lies. Axes are cut off as in the paper."
-        .to_owned();
-    Picture { name: "gains", caption, svg }
+                   where the driver's own gain lies. Axes are cut off as in the paper.";
+    Picture::new("gains", caption, svg)
+}
+
+const EVENTS_OF_DRIVERS: &str = "events of each driver, in the order in which they were met";
+
+/// Names of the drivers, each in the middle of its events.
+fn driver_ticks(events: &[SimulatorEvent]) -> Vec<(f64, String)> {
+    let of_driver = |driver: usize| {
+        let is_own = |event: &SimulatorEvent| event.driver == driver;
+        let (first, last) = (events.iter().position(is_own)?, events.iter().rposition(is_own)?);
+        Some((0.5 * (first + last + 1) as f64, format!("driver {driver}")))
+    };
+    (1..=8).filter_map(of_driver).collect()
 }
 
 /// The same, climbs first.
@@ -195,7 +190,6 @@ fn gains_by_direction(of: &SimulatorRepetition) -> Picture {
         ticks.push((before as f64 + 0.5 * group.len() as f64, group[0].event.clone()));
     }
     gain_bars(&mut svg, &events, &ticks, "events of all drivers, steepest climb first");
-    svg.push_str("</svg>\n");
     let uphill = |event: &&&SimulatorEvent| event.grade > 0.0;
     let bound = |event: &&&SimulatorEvent| event.at_bound.iter().any(|name| name.starts_with('k'));
     let (all, ended) =
@@ -207,7 +201,7 @@ fn gains_by_direction(of: &SimulatorRepetition) -> Picture {
         down.clone().filter(bound).count(),
         down.count()
     );
-    Picture { name: "gains-by-direction", caption, svg }
+    Picture::new("gains-by-direction", caption, svg)
 }
 
 /// Set speeds by driver and event.
@@ -216,38 +210,21 @@ fn set_speeds(of: &SimulatorRepetition) -> Picture {
     let panel = Panel::new([0.0, n], [60.0, 80.0], [50.0, 24.0, 890.0, 244.0]);
     let mut svg = begin(960.0, 320.0, "Identified set speeds");
     panel.across(&mut svg, &[60.0, 65.0, 70.0, 75.0, 80.0], "km/h");
-    let mut ticks = Vec::new();
-    for driver in 1..=8 {
-        let places = of.events.iter().enumerate().filter(|(_, event)| event.driver == driver);
-        let places: Vec<f64> = places.map(|(place, _)| place as f64 + 0.5).collect();
-        if !places.is_empty() {
-            ticks.push((
-                places.iter().sum::<f64>() / places.len() as f64,
-                format!("driver {driver}"),
-            ));
-        }
-    }
-    panel.along(&mut svg, &ticks, "events of each driver, in the order in which they were met");
+    panel.along(&mut svg, &driver_ticks(&of.events), EVENTS_OF_DRIVERS);
     panel.line(&mut svg, [(0.0, 70.0), (n, 70.0)], LIMIT);
     for (place, event) in of.events.iter().enumerate() {
         let place = place as f64;
         let fill = if event.grade > 0.0 { UPHILL } else { DOWNHILL };
         let top = KMH * event.set_speed_mps;
-        panel.filled(
-            &mut svg,
-            [place + 0.12, place + 0.88],
-            [60.0, top],
-            &format!("fill=\"{fill}\""),
-        );
+        let how = format!("fill=\"{fill}\"");
+        panel.filled(&mut svg, [place + 0.12, place + 0.88], [60.0, top], &how);
         let wanted = KMH * event.wanted_mps;
         let ends = [(place + 0.05, wanted), (place + 0.95, wanted)];
         panel.line(&mut svg, ends, "stroke=\"currentColor\" stroke-width=\"1.2\"");
     }
-    svg.push_str("</svg>\n");
     let caption = "Identified set speeds: climbs (orange) and descents (blue), the limit \
-        (dashed), and what the driver wants (black)."
-        .to_owned();
-    Picture { name: "set-speeds", caption, svg }
+                   (dashed), and what the driver wants (black).";
+    Picture::new("set-speeds", caption, svg)
 }
 
 /// One signal of a drive.
@@ -287,12 +264,11 @@ fn one_event(of: &SimulatorRepetition) -> Picture {
             panel.line(&mut svg, thinned(series, MOST_POINTS).map(point), how);
         }
     }
-    svg.push_str("</svg>\n");
     let caption = format!(
         "Driver {}, {}: recorded (green) and simulated with the identified gains (blue).",
         event.driver, event.event
     );
-    Picture { name: "event", caption, svg }
+    Picture::new("event", caption, svg)
 }
 
 /// Places of so many points of a series, the last one among them.
@@ -329,11 +305,9 @@ fn drives(of: &SimulatorRepetition) -> Picture {
             panel.line(&mut svg, thinned(series, MOST_POINTS / 10).map(point), SIMULATED);
         }
     }
-    svg.push_str("</svg>\n");
     let caption = "Speed of each driver: recorded (green), simulated on the slopes with the \
-        identified gains (blue), limit (dashed)."
-        .to_owned();
-    Picture { name: "drivers", caption, svg }
+                   identified gains (blue), limit (dashed).";
+    Picture::new("drivers", caption, svg)
 }
 
 #[cfg(test)]

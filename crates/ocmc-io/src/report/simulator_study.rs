@@ -2,7 +2,8 @@
 
 use super::simulator_pictures::Picture;
 use super::svg::escaped;
-use super::{STYLE, page_head};
+use super::tables::{cells, rows, table};
+use super::{STYLE, page_head, shown};
 use crate::number_text::rounded;
 use ocmc_estimation::fit::analysis_of_variance::VarianceRow;
 use serde::Serialize;
@@ -153,57 +154,40 @@ pub struct SimulatorPage<'a> {
 /// The page: HTML that opens offline in any browser.
 pub fn simulator_html(page: &SimulatorPage) -> String {
     let title = escaped(page.title);
+    let mut before = "";
+    let compared = page.compared.iter().map(|row| {
+        let name = if row.table == before { "" } else { row.table };
+        before = row.table;
+        let [median, low, high] = [row.median, row.p5, row.p95].map(|value| shown(value, 1.0));
+        format!(
+            "<tr><td>{}</td><td class=\"words\">{}</td><td>{}</td><td>{median}</td><td>{low} to \
+             {high}</td></tr>\n",
+            escaped(name),
+            escaped(row.quantity),
+            rounded(row.paper)
+        )
+    });
+    let anova = page.anova.iter().map(|row| {
+        cells(&[
+            row.term.to_string(),
+            row.df.to_string(),
+            format!("{:.5}", row.sum_sq),
+            format!("{:.6}", row.mean_sq),
+            row.f.map_or("–".to_owned(), |f| format!("{f:.4}")),
+            row.p.map_or("–".to_owned(), |p| format!("{p:.2e}")),
+        ])
+    });
     let mut text = page_head(&format!("{title}: the paper's simulator study"), STYLE);
     let _ = writeln!(
         text,
         "<h1>{title}</h1>\n<p class=\"soft\">The driving-simulator study of the paper, \
-         repeated</p>\n<table><tbody>"
+         repeated</p>\n<table><tbody>\n{}</tbody></table>\n<h2>Paper and program</h2>\n<p \
+         class=\"soft\">The median of the repetitions, and where nine tenths of them lie.</p>\n\
+         {}<h2>Analysis of variance, first repetition</h2>\n{}<h2>Pictures, first repetition</h2>",
+        rows(page.facts),
+        table(&["table", "quantity", "paper", "program", "90 %"], compared),
+        table(&["source", "Df", "Sum Sq", "Mean Sq", "F", "p"], anova)
     );
-    for (name, value) in page.facts {
-        let (name, value) = (escaped(name), escaped(value));
-        let _ = writeln!(text, "<tr><td>{name}</td><td class=\"words\">{value}</td></tr>");
-    }
-    text.push_str(
-        "</tbody></table>\n<h2>Paper and program</h2>\n<p class=\"soft\">The median of the \
-         repetitions, and where nine tenths of them lie.</p>\n\
-         <div class=\"wide\" \
-         tabindex=\"0\"><table>\n<thead><tr><th>table</th><th>quantity</th><th>paper</th><th>program</th><th>90 %</th></tr></thead>\n<tbody>\n",
-    );
-    let mut table = "";
-    for row in page.compared {
-        let name = if row.table == table { "" } else { row.table };
-        table = row.table;
-        let [median, low, high] =
-            [row.median, row.p5, row.p95].map(|value| value.map_or("–".to_owned(), rounded));
-        let _ = writeln!(
-            text,
-            "<tr><td>{}</td><td class=\"words\">{}</td><td>{}</td><td>{median}</td><td>{low} to \
-             {high}</td></tr>",
-            escaped(name),
-            escaped(row.quantity),
-            rounded(row.paper)
-        );
-    }
-    text.push_str(
-        "</tbody></table></div>\n<h2>Analysis of variance, first repetition</h2>\n<div \
-         class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>source</th><th>Df</th><th>Sum \
-         Sq</th><th>Mean Sq</th><th>F</th><th>p</th></tr></thead>\n<tbody>\n",
-    );
-    for row in page.anova {
-        let number =
-            |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.4}"));
-        let _ = writeln!(
-            text,
-            "<tr><td>{}</td><td>{}</td><td>{:.5}</td><td>{:.6}</td><td>{}</td><td>{}</td></tr>",
-            row.term,
-            row.df,
-            row.sum_sq,
-            row.mean_sq,
-            number(row.f),
-            row.p.map_or("–".to_owned(), |p| format!("{p:.2e}"))
-        );
-    }
-    text.push_str("</tbody></table></div>\n<h2>Pictures, first repetition</h2>\n");
     for picture in page.pictures {
         let _ = writeln!(
             text,

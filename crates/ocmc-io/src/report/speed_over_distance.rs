@@ -1,6 +1,6 @@
 //! The picture of drives over simulated ones: speed over distance, with the bands of the trips.
 
-use super::svg::{Scale, begin, label, rounded_short};
+use super::svg::{Scale, begin, escaped, label, level, points, rounded_short};
 use std::fmt::Write;
 
 /// Metres a second in kilometres an hour.
@@ -78,31 +78,29 @@ impl RoadPicture {
             let point = |k: &usize, level: usize| {
                 (x.at(self.position_m[*k]), y.at(KMH * self.bands_mps[*k][level]))
             };
-            let mut outline: Vec<(f64, f64)> = places.iter().map(|k| point(k, high)).collect();
-            outline.extend(places.iter().rev().map(|k| point(k, low)));
-            let _ = writeln!(text, "<polygon class=\"{class}\" points=\"{}\"/>", points(&outline));
+            let back = places.iter().rev().map(|k| point(k, low));
+            let outline = points(places.iter().map(|k| point(k, high)).chain(back));
+            let _ = writeln!(text, "<polygon class=\"{class}\" points=\"{outline}\"/>");
         }
         let line = |values: &dyn Fn(usize) -> f64| {
             let all = self.shown().map(|k| (x.at(self.position_m[k]), y.at(KMH * values(k))));
-            all.filter(|point| point.1.is_finite()).collect::<Vec<(f64, f64)>>()
+            points(all.filter(|point| point.1.is_finite()))
         };
-        let mut draw = |class: &str, line: &[(f64, f64)], title: &str| {
+        let mut draw = |class: &str, line: String, title: &str| {
+            let title = escaped(title);
             let _ = writeln!(
                 text,
-                "<polyline class=\"{class}\" points=\"{}\"><title>{}</title></polyline>",
-                points(line),
-                super::svg::escaped(title)
+                "<polyline class=\"{class}\" points=\"{line}\"><title>{title}</title></polyline>"
             );
         };
-        draw("limit", &line(&|k| self.limit_mps(self.position_m[k])), "limit");
-        draw("line", &line(&|k| self.bands_mps[k][2]), "median of the trips");
+        draw("limit", line(&|k| self.limit_mps(self.position_m[k])), "limit");
+        draw("line", line(&|k| self.bands_mps[k][2]), "median of the trips");
         for (name, speeds) in drawn {
-            draw("mark", &line(&|k| speeds[k]), name);
+            draw("mark", line(&|k| speeds[k]), name);
         }
         label(&mut text, [width / 2.0, height - 6.0], "middle", "name", "km");
         label(&mut text, [left + 4.0, 10.0], "start", "name", "km/h");
-        text.push_str("</svg>\n");
-        text
+        text + "</svg>\n"
     }
 
     /// As SVG that stands alone.
@@ -144,18 +142,12 @@ pub(super) fn ranks(counts: &[u64], name: &str) -> String {
             height - foot - top
         );
     }
-    let place = y.at(even);
-    let _ = writeln!(
-        text,
-        "<line class=\"mark\" x1=\"10\" x2=\"{}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>",
-        width - 10.0
-    );
+    level(&mut text, "mark", [10.0, width - 10.0], y.at(even));
     for (at, words) in [(0.0, "0"), (0.5, "0.5"), (1.0, "1")] {
         label(&mut text, [x.at(at), height - 18.0], "middle", "", words);
     }
     label(&mut text, [width / 2.0, height - 3.0], "middle", "name", "rank among the trips");
-    text.push_str("</svg>\n");
-    text
+    text + "</svg>\n"
 }
 
 /// Distance of the labels along a way, in m: 1, 2 or 5 times a power of ten, four to ten of them.
@@ -163,10 +155,6 @@ fn tick_step(length_m: f64) -> f64 {
     let power = 10f64.powf((length_m.max(1.0) / 4.0).log10().floor());
     let fits = |times: &&f64| *times * power * 4.0 <= length_m;
     [5.0, 2.0, 1.0].iter().find(fits).copied().unwrap_or(1.0) * power
-}
-
-fn points(line: &[(f64, f64)]) -> String {
-    line.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -40,6 +40,30 @@ pub(super) fn begin(width: f64, height: f64, what: &str) -> String {
     )
 }
 
+/// The points of a line, as SVG takes them.
+pub(super) fn points(line: impl IntoIterator<Item = (f64, f64)>) -> String {
+    let place = |(x, y)| format!("{x:.1},{y:.1}");
+    line.into_iter().map(place).collect::<Vec<_>>().join(" ")
+}
+
+/// A level line.
+pub(super) fn level(text: &mut String, class: &str, [left, right]: [f64; 2], y: f64) {
+    let _ = writeln!(
+        text,
+        "<line class=\"{class}\" x1=\"{left}\" x2=\"{right}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>"
+    );
+}
+
+/// Level lines at both ends of a scale and in its middle, with their values.
+pub(super) fn levels(text: &mut String, y: Scale, [left, right]: [f64; 2]) {
+    let [low, high] = y.from;
+    for value in [low, f64::midpoint(low, high), high] {
+        let place = y.at(value);
+        level(text, "axis", [left, right], place);
+        label(text, [left - 4.0, place + 4.0], "end", "", &rounded_short(value));
+    }
+}
+
 pub(super) fn label(text: &mut String, [x, y]: [f64; 2], anchor: &str, class: &str, words: &str) {
     let words = escaped(words);
     let _ = writeln!(
@@ -85,11 +109,7 @@ pub(super) fn histogram(histogram: &Histogram, marks: &[Mark], unit: &str, what:
     let mut text = begin(width, height, &format!("Histogram of {unit} over the {what}"));
     for tick in count_ticks(largest) {
         let place = y.at(tick as f64);
-        let _ = writeln!(
-            text,
-            "<line class=\"axis\" x1=\"{left}\" x2=\"{}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>",
-            width - 10.0
-        );
+        level(&mut text, "axis", [left, width - 10.0], place);
         // not beside the names of the lines, nor at the numbers below
         if (head + 13.0..height - foot - 8.0).contains(&place) {
             label(&mut text, [left - 6.0, place + 4.0], "end", "", &grouped(tick));
@@ -138,8 +158,7 @@ pub(super) fn histogram(histogram: &Histogram, marks: &[Mark], unit: &str, what:
         label(&mut text, [x.at(*edge), height - 34.0], "middle", "", &words);
     }
     label(&mut text, [width / 2.0, height - 6.0], "middle", "", unit);
-    text.push_str("</svg>\n");
-    text
+    text + "</svg>\n"
 }
 
 /// Bands of y over x: the middle of each tenth, and where its inner 80 % lie.
@@ -166,26 +185,14 @@ pub(super) fn bands(
     let x = Scale { from: [0.0, 1.0], to: [left + 8.0, width - 12.0] };
     let y = Scale { from: y_range, to: [height - foot, 10.0] };
     let mut text = begin(width, height, &format!("{what} over {name}"));
-    for value in [y_range[0], f64::midpoint(y_range[0], y_range[1]), y_range[1]] {
-        let place = y.at(value);
-        let _ = writeln!(
-            text,
-            "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" \
-             y2=\"{place:.1}\"/>"
-        );
-        label(&mut text, [left - 4.0, place + 4.0], "end", "", &rounded_short(value));
-    }
-    let points = |k: usize| {
+    levels(&mut text, y, [left, width]);
+    let places = |k: usize| {
         let bands = association.bands.iter().zip(&xs);
-        bands.map(|(band, at)| (x.at(*at), y.at(band.y[k]))).collect::<Vec<(f64, f64)>>()
+        bands.map(move |(band, at)| (x.at(*at), y.at(band.y[k])))
     };
-    let path = |points: &[(f64, f64)]| {
-        points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
-    };
-    let mut outline = points(2);
-    outline.extend(points(0).into_iter().rev());
-    let _ = writeln!(text, "<polygon class=\"band\" points=\"{}\"/>", path(&outline));
-    let _ = writeln!(text, "<polyline class=\"line\" points=\"{}\"/>", path(&points(1)));
+    let outline = points(places(2).chain(places(0).rev()));
+    let _ = writeln!(text, "<polygon class=\"band\" points=\"{outline}\"/>");
+    let _ = writeln!(text, "<polyline class=\"line\" points=\"{}\"/>", points(places(1)));
     let value = |band: &Band| rounded_short(factor * f64::midpoint(band.x[0], band.x[1]));
     let last = association.bands.len() - 1;
     let middle = xs.partition_point(|at| *at < 0.5).min(last);
@@ -196,8 +203,7 @@ pub(super) fn bands(
         label(&mut text, [x.at(xs[band]), height - 20.0], "middle", "", &words);
     }
     label(&mut text, [f64::midpoint(left, width), height - 5.0], "middle", "name", name);
-    text.push_str("</svg>\n");
-    text
+    text + "</svg>\n"
 }
 
 /// Horizontal bars of shares, each with its name and its text.
@@ -219,8 +225,7 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
         );
         label(&mut text, [left + length + 8.0, top + 15.0], "start", "", words);
     }
-    text.push_str("</svg>\n");
-    text
+    text + "</svg>\n"
 }
 
 /// A number for an axis.

@@ -12,11 +12,48 @@ use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::record::{Outcome, Record};
 use ocmc_fleet::quantity::RecordQuantity;
 use ocmc_fleet::statistic::Statistic;
+use std::borrow::Borrow;
 use std::fmt::Write;
 
 /// A row of two columns, the second one in words.
 pub(super) fn row(name: &str, value: &str) -> String {
     format!("<tr><td>{name}</td><td class=\"words\">{}</td></tr>\n", escaped(value))
+}
+
+/// The rows of facts, by their names.
+pub(super) fn rows(facts: &[(&'static str, String)]) -> String {
+    facts.iter().map(|(name, value)| row(name, value)).collect()
+}
+
+/// A row of cells.
+pub(super) fn cells<S: Borrow<str>>(cells: &[S]) -> String {
+    format!("<tr><td>{}</td></tr>\n", cells.join("</td><td>"))
+}
+
+/// A table that is moved sideways where it is broader than the page.
+pub(super) fn table<S: Borrow<str>>(head: &[S], rows: impl Iterator<Item = String>) -> String {
+    format!(
+        "<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>{}</th></tr></thead>\n\
+         <tbody>\n{}</tbody></table></div>\n",
+        head.join("</th><th>"),
+        rows.collect::<String>()
+    )
+}
+
+/// How the answer of a page is repeated in its folder, and where it comes from.
+pub(super) fn repeated(
+    what: &str,
+    has: &str,
+    command: &str,
+    facts: &[(&'static str, String)],
+) -> String {
+    format!(
+        "<h2>Repeat this {what}</h2>\n<p>In the folder of this page, which has {has} whole:</p>\n\
+         <pre class=\"command\" tabindex=\"0\">{}</pre>\n<h2>Provenance</h2>\n<div class=\"wide\" \
+         tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n",
+        escaped(command),
+        rows(facts)
+    )
 }
 
 /// The answer in large print.
@@ -56,33 +93,28 @@ pub(super) const OVER_CYCLES: &str = "Mean: of the fleet, total over total, with
 pub(super) fn statistics(statistics: &[Statistic], caption: &str, note: Option<&str>) -> String {
     let note =
         note.map_or_else(String::new, |note| format!("<p class=\"soft\">Intervals: {note}.</p>\n"));
-    let mut text = format!(
-        "{note}<p class=\"soft\">{caption}</p>\n<div class=\"wide\" \
-         tabindex=\"0\"><table>\n<thead><tr><th>over the cycles</th><th>mean</th>\
-         <th>95 % interval</th><th>SD</th>"
-    );
-    for quantile in statistics.first().iter().flat_map(|statistic| &statistic.quantiles) {
-        let _ = write!(text, "<th>{}</th>", quantile.name.to_uppercase());
-    }
-    text.push_str("</tr></thead>\n<tbody>\n");
-    for statistic in statistics.iter().filter(|statistic| statistic.n > 0) {
+    let quantiles = statistics.first().into_iter().flat_map(|statistic| &statistic.quantiles);
+    let mut head = ["over the cycles", "mean", "95 % interval", "SD"].map(str::to_owned).to_vec();
+    head.extend(quantiles.map(|quantile| quantile.name.to_uppercase()));
+    let rows = statistics.iter().filter(|statistic| statistic.n > 0).map(|statistic| {
         let (name, factor) = label(statistic.column);
         let range = |[low, high]: [f64; 2]| {
             format!("{} to {}", rounded(factor * low), rounded(factor * high))
         };
         let interval = statistic.ci95.map_or("–".to_owned(), range);
         let [mean, sd] = [statistic.mean, statistic.sd].map(|value| shown(value, factor));
-        let name = escaped(name);
-        let _ = write!(text, "<tr><td>{name}</td><td>{mean}</td><td>{interval}</td><td>{sd}</td>");
-        for quantile in &statistic.quantiles {
+        let quantiles = statistic.quantiles.iter().map(|quantile| {
             let tip = |ci95| format!(" title=\"95 % interval {}\"", range(ci95));
             let tip = quantile.ci95.map_or(String::new(), tip);
-            let _ = write!(text, "<td{tip}>{}</td>", shown(quantile.value, factor));
-        }
-        text.push_str("</tr>\n");
-    }
-    text.push_str("</tbody></table></div>\n");
-    text
+            format!("<td{tip}>{}</td>", shown(quantile.value, factor))
+        });
+        format!(
+            "<tr><td>{}</td><td>{mean}</td><td>{interval}</td><td>{sd}</td>{}</tr>\n",
+            escaped(name),
+            quantiles.collect::<String>()
+        )
+    });
+    format!("{note}<p class=\"soft\">{caption}</p>\n{}", table(&head, rows))
 }
 
 /// Shares of the road and of time.
@@ -300,7 +332,7 @@ pub(super) fn provenance(run: &Reported) -> String {
          tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n<p class=\"soft\">The intervals \
          are those of sampling from the study. They do not hold the error of the models, nor that \
          of numbers that were judged.</p>\n",
-        rows.map(|(name, value)| row(name, &value)).concat()
+        self::rows(&rows)
     )
 }
 

@@ -177,8 +177,7 @@ impl Series {
         let ticks = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * end_km);
         let ticks = ticks.map(|km| (km, rounded_short(km)));
         last.along_with_room(&mut svg, &ticks, "km");
-        svg.push_str("</svg>\n");
-        svg
+        svg + "</svg>\n"
     }
 }
 

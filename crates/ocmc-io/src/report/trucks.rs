@@ -1,8 +1,8 @@
 //! The report's part about trucks that make several trips: their years, what the fleet's year adds
 //! up to, where the spread is, and the seasons.
 
-use super::svg::{Scale, begin, label as words, rounded_short};
-use super::tables::statistics;
+use super::svg::{Scale, begin, label as words, levels, rounded_short};
+use super::tables::{cells, statistics, table};
 use crate::label::label;
 use crate::number_text::{grouped, rounded};
 use ocmc_core::energy::carrier::CARRIERS;
@@ -108,15 +108,7 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     let x = Scale { from: [0.0, (count - 1) as f64], to: [left + 8.0, width - 10.0] };
     let y = Scale { from: [low, high], to: [height - foot, 12.0] };
     let mut text = begin(width, height, &format!("{unit} of each truck, with 95 % intervals"));
-    for value in [low, f64::midpoint(low, high), high] {
-        let place = y.at(value);
-        let _ = writeln!(
-            text,
-            "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" \
-             y2=\"{place:.1}\"/>"
-        );
-        words(&mut text, [left - 4.0, place + 4.0], "end", "", &rounded_short(value));
-    }
+    levels(&mut text, y, [left, width]);
     for (k, [value, low, high]) in shown.iter().enumerate() {
         let (x, top, bottom) = (x.at(k as f64), y.at(*high), y.at(*low));
         let _ = writeln!(
@@ -126,13 +118,8 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
             y.at(*value)
         );
     }
-    words(
-        &mut text,
-        [width / 2.0, height - 6.0],
-        "middle",
-        "",
-        "trucks, from the lowest to the highest",
-    );
+    let along = "trucks, from the lowest to the highest";
+    words(&mut text, [width / 2.0, height - 6.0], "middle", "", along);
     text.push_str("</svg>\n");
     let of = match all.len() - count {
         0 => String::new(),
@@ -151,29 +138,24 @@ fn year(trucks: &TruckSummary) -> String {
         let (unit, factor) = declared.total;
         (format!("{}, {unit}", declared.name), total, factor)
     });
-    let rows: Vec<(String, Option<Total>, f64)> = [
+    let all = [
         ("distance, km".to_owned(), totals.distance_m, 1e-3),
         ("time, h".to_owned(), totals.duration_s, 1.0 / 3600.0),
-    ]
-    .into_iter()
-    .chain(taken)
-    .chain([("CO2 of the fuel, t".to_owned(), totals.co2_kg, 1e-3)])
-    .collect();
-    let mut text = "<p class=\"soft\">The fleet's year, and where that of another fleet of as \
-                    many trucks lies in 95 of 100 cases.</p>\n<div class=\"wide\" \
-                    tabindex=\"0\"><table>\n<thead><tr><th>quantity</th><th>total</th><th>another \
-                    fleet</th></tr></thead>\n<tbody>\n"
-        .to_owned();
-    for (name, total, factor) in rows {
-        let Some(Total { total, prediction95 }) = total else { continue };
+    ];
+    let all = all.into_iter().chain(taken);
+    let all = all.chain([("CO2 of the fuel, t".to_owned(), totals.co2_kg, 1e-3)]);
+    let rows = all.filter_map(|(name, total, factor)| {
+        let Total { total, prediction95 } = total?;
         let other = prediction95.map_or("–".to_owned(), |[low, high]| {
             format!("{} to {}", rounded(factor * low), rounded(factor * high))
         });
-        let total = rounded(factor * total);
-        let _ = writeln!(text, "<tr><td>{name}</td><td>{total}</td><td>{other}</td></tr>");
-    }
-    text.push_str("</tbody></table></div>\n");
-    text
+        Some(cells(&[name, rounded(factor * total), other]))
+    });
+    format!(
+        "<p class=\"soft\">The fleet's year, and where that of another fleet of as many trucks \
+         lies in 95 of 100 cases.</p>\n{}",
+        table(&["quantity", "total", "another fleet"], rows)
+    )
 }
 
 /// The fleet's consumption month by month.
@@ -184,12 +166,12 @@ fn seasons(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     if known.len() < 2 {
         return String::new();
     }
-    let cells = |of: &dyn Fn(&(&str, f64)) -> String| known.iter().map(of).collect::<String>();
+    let all = |of: &dyn Fn(&(&str, f64)) -> String| known.iter().map(of).collect::<String>();
     format!(
         "<p class=\"soft\">{unit} by month of departure, total over total.</p>\n<div \
          class=\"wide\" tabindex=\"0\"><table>\n\
          <thead><tr>{}</tr></thead>\n<tbody><tr>{}</tr></tbody></table></div>\n",
-        cells(&|(name, _)| format!("<th>{name}</th>")),
-        cells(&|(_, value)| format!("<td>{}</td>", rounded(*value))),
+        all(&|(name, _)| format!("<th>{name}</th>")),
+        all(&|(_, value)| format!("<td>{}</td>", rounded(*value))),
     )
 }

@@ -2,6 +2,7 @@
 
 use super::speed_over_distance::{RoadPicture, ranks};
 use super::svg::escaped;
+use super::tables::{cells, rows, table};
 use super::{STYLE, page_head};
 use crate::number_text::{grouped, percent, rounded};
 use ocmc_core::energy::Carrier;
@@ -72,12 +73,7 @@ pub fn validation_html(page: &ValidationPage) -> String {
     if let Some(circular) = page.circular {
         let _ = writeln!(text, "<p class=\"circular\"><b>circular</b>: {}</p>", escaped(circular));
     }
-    text.push_str("<table><tbody>\n");
-    for (name, value) in page.facts {
-        let (name, value) = (escaped(name), escaped(value));
-        let _ = writeln!(text, "<tr><td>{name}</td><td class=\"words\">{value}</td></tr>");
-    }
-    text.push_str("</tbody></table>\n");
+    let _ = writeln!(text, "<table><tbody>\n{}</tbody></table>", rows(page.facts));
     text.push_str(&scores(page));
     for road in page.roads.iter().take(MOST_ROADS) {
         let name = escaped(&road.name);
@@ -118,23 +114,23 @@ pub fn validation_html(page: &ValidationPage) -> String {
 
 /// The scores over all drives.
 fn scores(page: &ValidationPage) -> String {
-    let mut text = "<h2>Scores</h2>\n<p class=\"soft\">Error: simulated mean less measured. CRPS: \
-                    continuous ranked probability score, in the same unit. Half and 90 %: how \
-                    many of the measured values lie in these bands of the trips.</p>\n<div \
-                    class=\"wide\" \
-                    tabindex=\"0\"><table>\n<thead><tr><th>quantity</th><th>values</th><th>mean \
-                    error</th><th>RMSE</th><th>CRPS</th><th>in half, %</th><th>in 90 %, \
-                    %</th><th>even ranks, p</th></tr></thead>\n<tbody>\n"
-        .to_owned();
-    for pooled in page.pooled {
+    let head = [
+        "quantity",
+        "values",
+        "mean error",
+        "RMSE",
+        "CRPS",
+        "in half, %",
+        "in 90 %, %",
+        "even ranks, p",
+    ];
+    let rows = page.pooled.iter().map(|pooled| {
         let (label, factor) = quantity_label(&pooled.quantity, page.carrier);
         let with = |share: f64, error: Option<f64>| match error {
             Some(error) => format!("{} ± {}", percent(share), percent(error)),
             None => percent(share),
         };
-        let _ = writeln!(
-            text,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+        cells(&[
             escaped(&label),
             grouped(pooled.n as u64),
             score_text(factor * pooled.mean_error),
@@ -142,44 +138,48 @@ fn scores(page: &ValidationPage) -> String {
             score_text(factor * pooled.crps),
             with(pooled.coverage50, pooled.coverage50_error),
             with(pooled.coverage90, pooled.coverage90_error),
-            pooled.uniform.map_or("–".to_owned(), |u| format!("{:.3}", u.p))
-        );
-    }
-    text.push_str("</tbody></table></div>\n");
-    text
+            pooled.uniform.map_or("–".to_owned(), |u| format!("{:.3}", u.p)),
+        ])
+    });
+    format!(
+        "<h2>Scores</h2>\n<p class=\"soft\">Error: simulated mean less measured. CRPS: continuous \
+         ranked probability score, in the same unit. Half and 90 %: how many of the measured \
+         values lie in these bands of the trips.</p>\n{}",
+        table(&head, rows)
+    )
 }
 
 /// The scores of each drive.
 fn drives(page: &ValidationPage) -> String {
-    let mut text = "<h2>Drives</h2>\n<div class=\"wide\" \
-                    tabindex=\"0\"><table>\n<thead><tr><th>drive</th><th>from, km</th><th>to, \
-                    km</th><th>quantity</th><th>measured</th><th>simulated</th><th>90 % of the \
-                    trips</th><th>CRPS</th><th>rank</th></tr></thead>\n<tbody>\n"
-        .to_owned();
-    for drive in page.drives {
-        for (k, (quantity, score)) in drive.values.iter().enumerate() {
+    let head = [
+        "drive",
+        "from, km",
+        "to, km",
+        "quantity",
+        "measured",
+        "simulated",
+        "90 % of the trips",
+        "CRPS",
+        "rank",
+    ];
+    let rows = page.drives.iter().flat_map(|drive| {
+        drive.values.iter().enumerate().map(|(k, (quantity, score))| {
             let (label, factor) = quantity_label(quantity.name(), page.carrier);
-            let name = if k == 0 { escaped(&drive.drive) } else { String::new() };
-            let from_to = [drive.from_m, drive.to_m].map(|at_m| match k {
-                0 => rounded(at_m / 1000.0),
-                _ => String::new(),
-            });
+            let [from, to] = [drive.from_m, drive.to_m].map(|at_m| rounded(at_m / 1000.0));
+            let [name, from, to] =
+                if k == 0 { [escaped(&drive.drive), from, to] } else { Default::default() };
             let [low, high] = score.band90.map(|value| score_text(factor * value));
-            let _ = writeln!(
-                text,
-                "<tr><td>{name}</td><td>{}</td><td>{}</td><td \
+            format!(
+                "<tr><td>{name}</td><td>{from}</td><td>{to}</td><td \
                  class=\"words\">{}</td><td>{}</td><td>{}</td><td>{low} to {high}</td>\
-                 <td>{}</td><td>{:.3}</td></tr>",
-                from_to[0],
-                from_to[1],
+                 <td>{}</td><td>{:.3}</td></tr>\n",
                 escaped(&label),
                 score_text(factor * score.measured),
                 score_text(factor * score.simulated),
                 score_text(factor * score.crps),
                 score.pit
-            );
-        }
-    }
-    text.push_str("</tbody></table></div>\n");
-    text
+            )
+        })
+    });
+    format!("<h2>Drives</h2>\n{}", table(&head, rows))
 }

@@ -4,7 +4,7 @@
 use super::chunks::CHUNK_ROWS;
 use super::durable::{replaced, temporary};
 use super::{RunDirectory, RunDirectoryError};
-use crate::charging_table::{ChargingsWriter, chargings_name};
+use crate::charging_table::{CHARGINGS, ChargingsWriter};
 use crate::records::{Compression, EncodedGroup, GROUP_ROWS, RecordWriter};
 use ocmc_core::record::Record;
 use std::collections::VecDeque;
@@ -40,7 +40,7 @@ impl RunDirectory {
 
     /// Writes the file of chargings likewise.
     pub(super) fn assemble_chargings(&self, threads: usize) -> Result<(), RunDirectoryError> {
-        let path = self.path.join(chargings_name(self.chunks.format));
+        let path = self.path.join(self.chunks.format.file_of(CHARGINGS));
         replaced(&path, || {
             let mut writer = ChargingsWriter::create(&temporary(&path), self.chunks.format)?;
             let read = |group| self.rows_of(group).collect::<Result<Vec<_>, _>>();

@@ -131,13 +131,9 @@ impl Chunks {
         self.place(ready.max(self.under_way.len().saturating_sub(self.side_by_side)))
     }
 
-    /// Waits for all chunks, and gives them their places. Returns how many there were.
-    pub(super) fn settle_all(&mut self) -> Result<u64, RunDirectoryError> {
-        self.place(self.under_way.len())
-    }
-
-    /// Gives the first chunks under way their places, once they are written.
-    fn place(&mut self, count: usize) -> Result<u64, RunDirectoryError> {
+    /// Gives the first chunks under way, as many as there are up to a count, their places, once they
+    /// are written. Returns how many took their place.
+    pub(super) fn place(&mut self, count: usize) -> Result<u64, RunDirectoryError> {
         let (mut lines, mut paths) = (Vec::new(), Vec::new());
         while lines.len() < count
             && let Some(UnderWay { index, sum }) = self.under_way.pop_front()

@@ -111,12 +111,10 @@ fn missing(out: &Path) -> Vec<&Path> {
 /// cannot be removed stays: what matters is why the merge failed.
 fn remove_written(out: &Path, created: &[&Path]) {
     let _ = fs::remove_dir_all(out.join(CHUNKS));
-    for file in RecordFormat::ALL
-        .map(RecordFormat::file_name)
-        .into_iter()
-        .chain(RecordFormat::ALL.into_iter().flat_map(tables_beside))
-        .chain([SUMMARY, MANIFEST, CHECKSUMS])
-    {
+    let files = RecordFormat::ALL.into_iter().flat_map(|format| {
+        tables_beside(format).into_iter().chain([format.file_name().to_owned()])
+    });
+    for file in files.chain([SUMMARY, MANIFEST, CHECKSUMS].map(str::to_owned)) {
         let _ = fs::remove_file(out.join(file));
     }
     for folder in created {

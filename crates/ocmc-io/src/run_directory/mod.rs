@@ -23,7 +23,7 @@ pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, records_f
 pub use summary::{FEW_CYCLES, RunSummary, now};
 pub use verify::{CheckedFile, Verified, verify};
 
-use crate::charging_table::{chargings_name, loads_batch, loads_name};
+use crate::charging_table::{CHARGINGS, LOADS, loads_batch};
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
 use crate::input_file;
@@ -31,7 +31,7 @@ use crate::records::RecordFormat;
 use crate::sha256;
 use crate::study::{resolved_toml, study_hash};
 use crate::table_file::encoded;
-use crate::trucks;
+use crate::trucks::{self, TRUCKS};
 use checksum::Checksums;
 use chunks::{Chunks, is_chunk};
 use durable::replace;
@@ -272,7 +272,7 @@ impl RunDirectory {
 
     /// Waits until all full chunks are on the disk.
     pub fn settle(&mut self) -> Result<(), RunDirectoryError> {
-        let written = self.chunks.settle_all()?;
+        let written = self.chunks.place(usize::MAX)?;
         self.count(written)
     }
 
@@ -315,15 +315,14 @@ impl RunDirectory {
         let threads = assembly::threads(summary.threads);
         self.assemble(threads)?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
+        let (path, format) = (&self.path, self.chunks.format);
+        let beside =
+            |name, table| replace(&path.join(format.file_of(name)), &encoded(&table, format));
         if let Some(trucks) = &summary.summary.trucks {
-            let format = self.chunks.format;
-            let path = self.path.join(trucks::file_name(format));
-            replace(&path, &encoded(&trucks::record_batch(&trucks.rows), format))?;
+            beside(TRUCKS, trucks::record_batch(&trucks.rows))?;
         }
         if let Some(loads) = &summary.summary.loads {
-            let format = self.chunks.format;
-            let path = self.path.join(loads_name(format));
-            replace(&path, &encoded(&loads_batch(&loads.rows), format))?;
+            beside(LOADS, loads_batch(&loads.rows))?;
             self.assemble_chargings(threads)?;
         }
         self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
@@ -340,32 +339,29 @@ impl RunDirectory {
 
     /// Writes the checksums of the files as they are now, and the manifest that has them.
     fn seal(&mut self) -> Result<(), RunDirectoryError> {
+        let directory = &self.path;
         let sum = |name: &str| {
-            let path = self.path.join(name);
+            let path = directory.join(name);
             sha256::of_file(&path).map_err(FileError::read(&path))
         };
         let (summary, records) = (sum(SUMMARY)?, sum(&self.manifest.records)?);
         self.manifest.records_sha256 = Some(records.clone());
         let text = manifest_text(&mut self.manifest);
-        let others = tables_beside(self.chunks.format).into_iter();
-        let others = others.filter(|name| self.path.join(name).exists());
-        let others: Vec<(&str, String)> =
-            others.map(|name| Ok((name, sum(name)?))).collect::<Result<_, FileError>>()?;
-        let sums = self.chunks.sums();
+        let (format, sums) = (self.chunks.format, self.chunks.sums());
         sums.set(SUMMARY, summary);
-        for (name, sum) in others {
-            sums.set(name, sum);
+        for name in tables_beside(format).iter().filter(|name| directory.join(name).exists()) {
+            sums.set(name, sum(name)?);
         }
         sums.set(&self.manifest.records, records);
         sums.set(MANIFEST, sha256::of_bytes(text.as_bytes()));
         sums.write()?;
-        replace(&self.path.join(MANIFEST), text.as_bytes())
+        replace(&directory.join(MANIFEST), text.as_bytes())
     }
 }
 
 /// Names of the tables that a run may have beside its records of that format.
-pub(super) fn tables_beside(format: RecordFormat) -> [&'static str; 3] {
-    [trucks::file_name(format), chargings_name(format), loads_name(format)]
+pub(super) fn tables_beside(format: RecordFormat) -> [String; 3] {
+    [TRUCKS, CHARGINGS, LOADS].map(|table| format.file_of(table))
 }
 
 /// Reads what an unfinished run has: the number of full chunks, and the rows of the one that is not

@@ -42,11 +42,8 @@ impl Node {
 
     /// Reads a TOML document.
     pub(super) fn parse(source: &Arc<Source>) -> Result<Self, Box<Fault>> {
-        let document = DeTable::parse(&source.text).map_err(|error| {
-            let place = Place::new(source, error.span().unwrap_or(0..0));
-            syntax(source, &place, &error)
-        })?;
         let text = Text { source, offset: 0 };
+        let document = DeTable::parse(&source.text).map_err(|error| text.syntax(&error, 0..0))?;
         let content = Content::Table(text.entries(document.get_ref(), 0)?);
         Ok(Self::new(content, Some(text.place(0..0))))
     }
@@ -55,10 +52,8 @@ impl Node {
     pub(super) fn parse_value(source: &Arc<Source>, offset: usize) -> Result<Self, Box<Fault>> {
         let text = Text { source, offset };
         let written = source.text[offset..].trim_end();
-        let value = DeValue::parse(written).map_err(|error| {
-            let place = text.place(error.span().unwrap_or(0..written.len()));
-            syntax(source, &place, &error)
-        })?;
+        let value =
+            DeValue::parse(written).map_err(|error| text.syntax(&error, 0..written.len()))?;
         text.node(value.get_ref(), text.place(value.span()), 0)
     }
 
@@ -252,23 +247,6 @@ impl Node {
     }
 }
 
-/// A text that is not TOML.
-fn syntax(source: &Source, place: &Place, error: &toml::de::Error) -> Box<Fault> {
-    let fault = Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(place));
-    let (before, after) = source.text.split_at_checked(place.span.start).unwrap_or_default();
-    let digit = |letter: Option<char>| letter.is_some_and(|letter| letter.is_ascii_digit());
-    // the place of a number with its unit behind it is its first digit, or what follows the last
-    let word: String = after.chars().take_while(|letter| letter.is_alphanumeric()).collect();
-    let mut after = after.chars();
-    let (next, second, last) = (after.next(), after.next(), before.chars().last());
-    if next == Some(',') && digit(second) && digit(last) {
-        return fault.help(DECIMAL_POINT);
-    }
-    let letter = |letter: Option<char>| letter.is_some_and(char::is_alphabetic);
-    let from_digit = digit(word.chars().next()) && letter(word.chars().last());
-    if from_digit || letter(next) && digit(last) { fault.help(NO_UNIT) } else { fault }
-}
-
 /// Checks that a list of so many entries, to which the steps lead, has an entry for each key.
 fn check_entries(
     length: usize,
@@ -295,6 +273,25 @@ struct Text<'a> {
 }
 
 impl Text<'_> {
+    /// What is not TOML: at its place, or in the whole of what was parsed.
+    fn syntax(&self, error: &toml::de::Error, whole: Range<usize>) -> Box<Fault> {
+        let place = self.place(error.span().unwrap_or(whole));
+        let fault = Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(&place));
+        let (before, after) =
+            self.source.text.split_at_checked(place.span.start).unwrap_or_default();
+        let digit = |letter: Option<char>| letter.is_some_and(|letter| letter.is_ascii_digit());
+        // the place of a number with its unit behind it is its first digit, or what follows the
+        // last
+        let word: String = after.chars().take_while(|letter| letter.is_alphanumeric()).collect();
+        let mut after = after.chars();
+        let (next, second, last) = (after.next(), after.next(), before.chars().last());
+        if next == Some(',') && digit(second) && digit(last) {
+            return fault.help(DECIMAL_POINT);
+        }
+        let letter = |letter: Option<char>| letter.is_some_and(char::is_alphabetic);
+        let from_digit = digit(word.chars().next()) && letter(word.chars().last());
+        if from_digit || letter(next) && digit(last) { fault.help(NO_UNIT) } else { fault }
+    }
     fn place(&self, span: Range<usize>) -> Place {
         Place::new(self.source, span.start + self.offset..span.end + self.offset)
     }

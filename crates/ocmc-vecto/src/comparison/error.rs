@@ -34,12 +34,9 @@ pub enum ComparisonError {
     /// A result whose mission is not among those given.
     #[error(
         "`{}` belongs to none of the missions by its name: the name of a mission's file is part of it",
-        result.display()
+        .0.display()
     )]
-    Mission {
-        /// The result.
-        result: PathBuf,
-    },
+    Mission(PathBuf),
     /// A mission without a row in the sums.
     #[error(
         "no row of `{}` is of the mission `{}`, by the name of its file; it has `{rows}`",
@@ -57,12 +54,9 @@ pub enum ComparisonError {
     /// A result on an even road of a job without a mass.
     #[error(
         "`{}` does not show the truck's mass, and the job does not say it: it was saved in declaration mode, and the road is even",
-        result.display()
+        .0.display()
     )]
-    Mass {
-        /// The result.
-        result: PathBuf,
-    },
+    Mass(PathBuf),
     /// A truck that is lighter than empty.
     #[error(
         "the truck of the result weighs {gross_mass_kg} kg, the empty one of the files {curb_kg} kg"

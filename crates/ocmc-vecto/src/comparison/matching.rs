@@ -32,7 +32,8 @@ pub(super) fn cases(
     job: Option<&Job>,
 ) -> std::result::Result<Vec<Case>, ComparisonError> {
     let (mut cases, mut sums, mut rows) = (Vec::new(), None, Vec::new());
-    let found = if results.is_empty() { beside(job) } else { results.to_vec() };
+    let beside = || job.map_or_else(Vec::new, |job| series_of(job.path()));
+    let found = if results.is_empty() { beside() } else { results.to_vec() };
     for path in &found {
         if ending(path) == "vsum" {
             sums = Some(path);
@@ -60,15 +61,14 @@ pub(super) fn cases(
             if results.is_empty() {
                 continue;
             }
-            return Err(ComparisonError::Mission { result: path.clone() });
+            return Err(ComparisonError::Mission(path.clone()));
         }
         let series = read_series(path)?;
         let gross_mass_kg = job.and_then(Job::gross_mass_kg).or_else(|| mass_kg(&series));
         cases.push(Case {
             mission: file_stem(path),
             mission_file: mission_file.cloned(),
-            gross_mass_kg: gross_mass_kg
-                .ok_or_else(|| ComparisonError::Mass { result: path.clone() })?,
+            gross_mass_kg: gross_mass_kg.ok_or_else(|| ComparisonError::Mass(path.clone()))?,
             auxiliary_w: auxiliary_w(&series),
             result: Result::Series(path.clone(), series),
         });
@@ -83,12 +83,6 @@ pub(super) fn cases(
         return Err(ComparisonError::Row { mission, sums, rows });
     }
     Ok(cases)
-}
-
-/// The time series beside a job that are its own. VECTO names them after the job; where several
-/// jobs lie in the folder, a series is of the one with the longest name that it begins with.
-fn beside(job: Option<&Job>) -> Vec<PathBuf> {
-    job.map_or_else(Vec::new, |job| series_of(job.path()))
 }
 
 fn series_of(job: &Path) -> Vec<PathBuf> {

@@ -90,14 +90,7 @@ impl<'a> Drive<'a> {
         driver: &'a VectoDriver,
         auxiliary_w: f64,
     ) -> Self {
-        let memory = GearMemory {
-            gear: None,
-            since_other_s: f64::INFINITY,
-            last_up: None,
-            since_shift_s: 0.0,
-            engine_radps: None,
-            slipped: false,
-        };
+        let memory = GearMemory { since_other_s: f64::INFINITY, ..GearMemory::default() };
         Self {
             mission,
             truck,

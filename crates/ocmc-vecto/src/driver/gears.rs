@@ -5,7 +5,7 @@ use super::polygon::ShiftPolygons;
 use super::truck::{Motion, Truck};
 
 /// What the choice remembers of the seconds before.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GearMemory {
     /// Gear of the last second; none at rest and with an open clutch.
     pub(super) gear: Option<usize>,

@@ -165,19 +165,12 @@ pub fn read_series(path: &Path) -> Result<Series, VectoError> {
     };
     let seconds: Vec<Second> = (0..speed.len()).map(second).collect();
     let whole = |second: &Second| second.speed_mps.is_finite() && second.gradient.is_finite();
-    match seconds.iter().position(|second| !whole(second)) {
-        Some(k) => Err(VectoError::Row {
-            path: path.to_owned(),
-            line: k as u64 + 2,
-            problem: "no speed or no gradient".to_owned(),
-        }),
-        None if seconds.is_empty() => Err(VectoError::Row {
-            path: path.to_owned(),
-            line: 2,
-            problem: "it has no rows".to_owned(),
-        }),
-        None => Ok(Series { seconds }),
-    }
+    let (row, problem) = match seconds.iter().position(|second| !whole(second)) {
+        Some(row) => (row, "no speed or no gradient".to_owned()),
+        None if seconds.is_empty() => (0, "it has no rows".to_owned()),
+        None => return Ok(Series { seconds }),
+    };
+    Err(VectoError::Row { path: path.to_owned(), line: row as u64 + 2, problem })
 }
 
 fn scaled(values: Vec<f64>, factor: f64) -> Vec<f64> {

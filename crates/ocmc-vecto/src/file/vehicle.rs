@@ -77,38 +77,28 @@ const DECLARED_SHARES: [f64; 5] = [0.2, 0.25, 0.55 / 3.0, 0.55 / 3.0, 0.55 / 3.0
 
 impl VehicleFile {
     pub(super) fn check(&self, path: &Path) -> Result<(), VectoError> {
-        let refused = |what, found: &str, allowed| {
-            Err(VectoError::Unsupported {
-                path: path.to_owned(),
-                what,
-                found: found.to_owned(),
-                allowed,
-            })
+        let refused = |what, found, allowed| {
+            Err(VectoError::Unsupported { path: path.to_owned(), what, found, allowed })
         };
         if !["off", "cdofvdecl"].contains(&self.cd_corr_mode.to_lowercase().as_str()) {
             let allowed = "allowed are `Off` and `CdOfVdecl`: give the drag area of still air";
-            return refused("`CdCorrMode`", &format!("`{}`", self.cd_corr_mode), allowed);
+            return refused("`CdCorrMode`", format!("`{}`", self.cd_corr_mode), allowed);
         }
         let shares: f64 = self.axles().iter().map(|axle| axle.weight_share).sum();
         if (shares - 1.0).abs() > 1e-3 {
             let allowed = "allowed are shares with a sum of 1, and in declaration mode a tractor";
-            return refused("the sum of `AxleWeightShare`", &shares.to_string(), allowed);
+            return refused("the sum of `AxleWeightShare`", shares.to_string(), allowed);
         }
         Ok(())
     }
 
-    /// Whether the mission says what is loaded and pulled.
-    fn declared(&self) -> bool {
-        self.saved_in_decl_mode
-    }
-
-    fn is_tractor(&self) -> bool {
-        self.veh_cat.to_lowercase() == "tractor"
+    fn is_declared_tractor(&self) -> bool {
+        self.saved_in_decl_mode && self.veh_cat.to_lowercase() == "tractor"
     }
 
     pub(super) fn gross_mass_kg(&self) -> Option<f64> {
         let gross_kg = self.curb_weight + self.curb_weight_extra + self.loading;
-        (!self.declared()).then_some(gross_kg)
+        (!self.saved_in_decl_mode).then_some(gross_kg)
     }
 
     pub(super) fn base_vehicle(&self) -> &'static str {
@@ -122,7 +112,7 @@ impl VehicleFile {
     /// Its axles; those of a tractor in declaration mode with the trailer's.
     fn axles(&self) -> Vec<Axle> {
         let mut axles = self.axle_config.axles.clone();
-        if self.declared() && self.is_tractor() && axles.len() == 2 {
+        if self.is_declared_tractor() && axles.len() == 2 {
             axles.extend(std::iter::repeat_n(TRAILER_AXLE, 3));
             axles.iter_mut().zip(DECLARED_SHARES).for_each(|(axle, share)| {
                 axle.weight_share = share;
@@ -147,7 +137,7 @@ impl VehicleFile {
                 })
             })
             .collect();
-        let trailer_kg = if self.declared() && self.is_tractor() { TRAILER_KG } else { 0.0 };
+        let trailer_kg = if self.is_declared_tractor() { TRAILER_KG } else { 0.0 };
         let coefficients = match self.cd_corr_mode.to_lowercase().as_str() {
             "off" => [0.0; 3],
             _ => self.cross_wind(),

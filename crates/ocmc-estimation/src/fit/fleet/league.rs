@@ -12,9 +12,9 @@
 
 use super::components::Components;
 use super::likelihood::Posterior;
-use super::telling_apart::normal_probability;
 use super::trips::{FleetDesign, Trips};
 use super::{Best, FleetOptions};
+use crate::fit::p_value::normal_probability;
 use ocmc_core::random::{Draws, Stream};
 use serde::Serialize;
 

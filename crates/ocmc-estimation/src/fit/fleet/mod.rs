@@ -102,25 +102,16 @@ pub const MOST_NEXT_TRIPS: u64 = 1_000_000_000;
 
 impl FleetOptions {
     fn check(&self) -> Result<(), OptionError> {
-        let share = |x: f64| x > 0.0 && x < 1.0;
+        let share = |name, x: f64| (name, x, "a share above 0 and below 1", x > 0.0 && x < 1.0);
         let draws = (1..=MOST_DRAWS).contains(&self.draws);
         let next = self.next_trips.is_none_or(|trips| (1..=MOST_NEXT_TRIPS).contains(&trips));
+        let trips = self.next_trips.unwrap_or(0) as f64;
         check_options([
-            ("differ", self.differ, "a share above 0 and below 1", share(self.differ)),
-            ("power", self.power, "a share above 0 and below 1", share(self.power)),
-            (
-                "significance",
-                self.significance,
-                "a share above 0 and below 1",
-                share(self.significance),
-            ),
+            share("differ", self.differ),
+            share("power", self.power),
+            share("significance", self.significance),
             ("draws", self.draws as f64, "a whole number from 1 to 1000000", draws),
-            (
-                "next_trips",
-                self.next_trips.unwrap_or(0) as f64,
-                "a whole number from 1 to 1000000000",
-                next,
-            ),
+            ("next_trips", trips, "a whole number from 1 to 1000000000", next),
         ])
     }
 }

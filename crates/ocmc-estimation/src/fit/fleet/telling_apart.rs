@@ -11,9 +11,9 @@
 
 use super::trips::{FleetDesign, Trips};
 use super::{FleetOptions, components::Components};
+use crate::fit::p_value::normal_probability;
 use ocmc_core::special_functions::normal_quantile;
 use serde::Serialize;
-use std::f64::consts::SQRT_2;
 
 /// Trips that tell two members of a level apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,11 +38,6 @@ pub struct TellingApart {
     pub trips_in_records: f64,
     /// The difference that so many tell apart; none where there is none.
     pub difference_in_records: f64,
-}
-
-/// Φ(x).
-pub(crate) fn normal_probability(x: f64) -> f64 {
-    0.5 * libm::erfc(-x / SQRT_2)
 }
 
 /// The power of a two-sided test at `significance` of a difference whose estimate has this

@@ -223,14 +223,7 @@ pub(super) struct Counted {
 impl BirdsEye {
     /// The classes of what was counted or follows from laws.
     pub(super) fn of(seen: Counted) -> Self {
-        let Counted {
-            length_m,
-            share_below,
-            stop_spacing_m,
-            stops_per_km,
-            curves_per_km,
-            road_type_share,
-        } = seen;
+        let Counted { length_m, share_below, stops_per_km, curves_per_km, .. } = seen;
         let hilliness =
             share_below.map(|shares| match shares.iter().position(|share| *share > SHARE) {
                 Some(0) => Hilliness::Flat,
@@ -238,7 +231,7 @@ impl BirdsEye {
                 Some(_) => Hilliness::Hilly,
                 None => Hilliness::VeryHilly,
             });
-        let transport_cycle = match stop_spacing_m {
+        let transport_cycle = match seen.stop_spacing_m {
             spacing if spacing < 500.0 => TransportCycle::StopAndGo,
             spacing if spacing < 5.0e3 => TransportCycle::Local,
             spacing if spacing < 50.0e3 => TransportCycle::Regional,
@@ -253,7 +246,7 @@ impl BirdsEye {
             stop_density: Density::of(stops_per_km, STOPS_PER_KM),
             curves_per_km,
             curve_density: curves_per_km.map(|per_km| Density::of(per_km, CURVES_PER_KM)),
-            road_type_share,
+            road_type_share: seen.road_type_share,
         }
     }
 }

@@ -18,13 +18,14 @@
 //! pushed over a road's end, and turns that begin within a turn.
 
 use super::birds_eye::{BirdsEye, Counted, SLOPES, SLOWING_RADIUS_M};
+use crate::fit::p_value::normal_probability;
 use ocmc_core::distribution::{Law, Quantity};
 use ocmc_core::operating_cycle::road::RoadTypeModel;
 use ocmc_core::operating_cycle::road::point_event::{EventParameter, KINDS};
 use ocmc_core::operating_cycle::road::topography::ClimbRule;
 use ocmc_core::study::Study;
 use ocmc_core::switch::ModelSwitch;
-use std::f64::consts::{FRAC_PI_2, SQRT_2};
+use std::f64::consts::FRAC_PI_2;
 
 /// Stops that a law puts closer together are moved apart to this, in m.
 const CLOSEST_STOPS_M: f64 = 50.0;
@@ -122,7 +123,7 @@ fn slow_curves_per_m(study: &Study, road_type: &RoadTypeModel, turns_per_m: f64)
         let room_m = SLOWING_RADIUS_M - turn_radius_m;
         match (room_m > 0.0, log_sd > 0.0) {
             (false, _) => 0.0,
-            (true, true) => below(libm::log(room_m / median_m) / log_sd),
+            (true, true) => normal_probability(libm::log(room_m / median_m) / log_sd),
             (true, false) => f64::from(u8::from(median_m < room_m)),
         }
     };
@@ -172,18 +173,15 @@ fn shares_below(study: &Study, length_m: f64) -> [f64; 3] {
             let variance =
                 topography.slope_sd * topography.slope_sd - 2.0 * covariance(road_type) + of_mean;
             let sd = variance.max(0.0).sqrt();
-            let within = |bound: f64| below((bound - mean) / sd) - below((-bound - mean) / sd);
+            let within = |bound: f64| {
+                normal_probability((bound - mean) / sd) - normal_probability((-bound - mean) / sd)
+            };
             let cut = topography.slope_limit;
             share * if limit >= cut { 1.0 } else { within(limit) / within(cut) }
         };
         types.iter().zip(shares).map(of_type).sum()
     };
     SLOPES.map(share_below)
-}
-
-/// Probability that a standard normal number is below `x`.
-fn below(x: f64) -> f64 {
-    0.5 * libm::erfc(-x / SQRT_2)
 }
 
 /// Mean and coefficient of variation of a quantity whose draws below `least` are put there; of a law

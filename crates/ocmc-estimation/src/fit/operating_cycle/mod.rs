@@ -59,12 +59,9 @@ pub enum RoadFitError {
     /// Nothing to estimate from.
     #[error("there is no operating cycle, and no stretch of a log of 200 m or more")]
     NoCycles,
-    /// A cycle without road types.
-    #[error("operating cycle {cycle} has no track `road_type`, which says what belongs together")]
-    NoRoadTypes {
-        /// The cycle, from 1.
-        cycle: usize,
-    },
+    /// A cycle without road types, counted from 1.
+    #[error("operating cycle {0} has no track `road_type`, which says what belongs together")]
+    NoRoadTypes(usize),
     /// A road type that the base study does not have.
     #[error(
         "the road type `{name}` is not in the base study, which has {known}; the numbers that \
@@ -214,8 +211,7 @@ pub fn fit_with_coverage(
     let mut of_type: BTreeMap<String, TypeRoads> = BTreeMap::new();
     for (k, road) in roads.iter().enumerate() {
         let cycle = &road.cycle;
-        let stretches =
-            stretch::stretches(cycle).ok_or(RoadFitError::NoRoadTypes { cycle: k + 1 })?;
+        let stretches = stretch::stretches(cycle).ok_or(RoadFitError::NoRoadTypes(k + 1))?;
         let unknown = |stretch: &&Stretch| !base_road.types.contains_key(stretch.2);
         if let Some((_, _, name)) = stretches.iter().find(unknown) {
             let known: Vec<&str> = base_road.types.keys().map(String::as_str).collect();
