@@ -118,7 +118,7 @@ pub fn html(run: &Reported) -> String {
     let own = summary.consumption().and_then(|statistic| quantity(statistic.column));
     let explaining = own.map_or_else(Vec::new, |own| explaining(&run.gathered, own));
     let mut page = opening::opening(run, &explaining);
-    page.push_str(&tables::key_numbers(run));
+    page.push_str(&opening::key_numbers(run));
     if let Some(statistic) = summary.consumption() {
         page.push_str(&distribution(statistic));
         let told: Vec<Statistic> = summary.told().cloned().collect();

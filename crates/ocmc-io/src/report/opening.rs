@@ -1,11 +1,11 @@
 //! What a report opens with: the answer in plain sentences, each of them only where it was
-//! computed.
+//! computed, and in large print.
 
 use super::energy::largest_losses;
 use super::svg::escaped;
-use super::{Explaining, Reported};
+use super::{Explaining, Reported, shown};
 use crate::label::{label, saturation};
-use crate::number_text::{count_of, decimals, grouped};
+use crate::number_text::{count_of, decimals, grouped, rounded};
 use ocmc_fleet::statistic::Statistic;
 use ocmc_fleet::summary::Summary;
 use std::fmt::Write;
@@ -30,6 +30,35 @@ pub(super) fn opening(run: &Reported, explaining: &[Explaining]) -> String {
         let saturation = escaped(&saturation.replace('\n', " "));
         let _ = writeln!(text, "<p class=\"warning\"><b>Warning.</b> {saturation}</p>");
     }
+    text
+}
+
+/// The answer in large print.
+pub(super) fn key_numbers(run: &Reported) -> String {
+    let summary = &run.summary.summary;
+    let mut text = "<div class=\"key\">\n".to_owned();
+    let mut key = |number: &str, words: &str| {
+        let (number, words) = (escaped(number), escaped(words));
+        let _ = writeln!(text, "<div><b>{number}</b>{words}</div>");
+    };
+    if let Some(statistic) = summary.consumption() {
+        let (unit, factor) = label(statistic.column);
+        let half_width = statistic.ci95.map(|[low, high]| (high - low) / 2.0);
+        let digits = statistic.mean.map_or(2, |mean| decimals(factor * mean));
+        let half_width =
+            half_width.map_or("–".to_owned(), |h| format!("{:.digits$}", factor * h));
+        key(
+            &format!("{} ± {half_width}", shown(statistic.mean, factor)),
+            &format!("{unit}, mean of the fleet with its 95 % interval"),
+        );
+        key(&shown(statistic.sd, factor), &format!("{unit}, standard deviation between cycles"));
+    }
+    if let Some(speed) = summary.statistic("mean_speed_mps") {
+        key(&shown(speed.mean, 3.6), "km/h, mean speed");
+    }
+    key(&grouped(summary.cycles), "cycles");
+    key(&format!("{} km", rounded(summary.distance_m / 1000.0)), "driven");
+    text.push_str("</div>\n");
     text
 }
 

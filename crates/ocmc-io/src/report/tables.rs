@@ -1,4 +1,4 @@
-//! The report's tables: key numbers, statistics, road, outliers, failures, study, provenance.
+//! The report's tables: statistics, road, outliers, failures, study, provenance.
 
 use super::gathered::Sums;
 use super::repeat::{Repeat, trace_command};
@@ -6,7 +6,7 @@ use super::svg::escaped;
 use super::{Reported, shown};
 use crate::given_drive::Followed;
 use crate::label::label;
-use crate::number_text::{decimals, grouped, rounded};
+use crate::number_text::{grouped, rounded};
 use crate::study::{commented, in_words};
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::record::{Outcome, Record};
@@ -54,35 +54,6 @@ pub(super) fn repeated(
         escaped(command),
         rows(facts)
     )
-}
-
-/// The answer in large print.
-pub(super) fn key_numbers(run: &Reported) -> String {
-    let summary = &run.summary.summary;
-    let mut text = "<div class=\"key\">\n".to_owned();
-    let mut key = |number: &str, words: &str| {
-        let (number, words) = (escaped(number), escaped(words));
-        let _ = writeln!(text, "<div><b>{number}</b>{words}</div>");
-    };
-    if let Some(statistic) = summary.consumption() {
-        let (unit, factor) = label(statistic.column);
-        let half_width = statistic.ci95.map(|[low, high]| (high - low) / 2.0);
-        let digits = statistic.mean.map_or(2, |mean| decimals(factor * mean));
-        let half_width =
-            half_width.map_or("–".to_owned(), |h| format!("{:.digits$}", factor * h));
-        key(
-            &format!("{} ± {half_width}", shown(statistic.mean, factor)),
-            &format!("{unit}, mean of the fleet with its 95 % interval"),
-        );
-        key(&shown(statistic.sd, factor), &format!("{unit}, standard deviation between cycles"));
-    }
-    if let Some(speed) = summary.statistic("mean_speed_mps") {
-        key(&shown(speed.mean, 3.6), "km/h, mean speed");
-    }
-    key(&grouped(summary.cycles), "cycles");
-    key(&format!("{} km", rounded(summary.distance_m / 1000.0)), "driven");
-    text.push_str("</div>\n");
-    text
 }
 
 /// What a table over cycles says.

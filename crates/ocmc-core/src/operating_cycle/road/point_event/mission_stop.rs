@@ -1,4 +1,4 @@
-//! Stops of the mission, which the mission draws and no road type.
+//! Stops of the mission, which the mission draws (`operating_cycle/mission.rs`) and no road type.
 
 use super::{EventDeclaration, EventForm, EventKind, STANDSTILLS_S, track};
 
