@@ -112,8 +112,7 @@ pub fn cost(request: &CostRequest, watch: &mut Watch) -> Result<CostAnswer, Erro
     if let [a, b] = costings.as_slice()
         && a.currency != b.currency
     {
-        let (a, b) = (a.currency.clone(), b.currency.clone());
-        return Err(Error::Currencies { a, b });
+        return Err(Error::Currencies(a.currency.clone(), b.currency.clone()));
     }
     let total = plan.cycles.saturating_mul(costings.len() as u64);
     let first = costings.remove(0);

@@ -136,14 +136,9 @@ pub enum Error {
         "`{0}` has no prices: give it a table `[cost]`, or `--set cost.currency=EUR` and prices"
     )]
     NoPrices(String),
-    /// Costs in two currencies.
-    #[error("`cost.currency` is {a} and {b}: give both studies prices in one currency")]
-    Currencies {
-        /// Of the first study.
-        a: String,
-        /// Of the second.
-        b: String,
-    },
+    /// Costs in two currencies, of the first study and of the second.
+    #[error("`cost.currency` is {0} and {1}: give both studies prices in one currency")]
+    Currencies(String, String),
     /// Costs of a study without a completed trip.
     #[error("{study}: of {cycles} cycles none was completed, so that nothing has a cost")]
     NothingToCost {
@@ -171,14 +166,6 @@ pub enum Error {
         /// What is wrong with it.
         fault: TripError,
     },
-    /// Logs without an event that can be identified.
-    #[error("{place}: {reason}")]
-    NoEvent {
-        /// Where the first drive or event stands.
-        place: String,
-        /// Why it has no fit.
-        reason: String,
-    },
     /// Bounds of a gain that are none.
     #[error(transparent)]
     Bounds(#[from] BoundsError),
@@ -187,28 +174,19 @@ pub enum Error {
         "needs a column limit_mps with limits above 0, and curves below them that determine the regression"
     )]
     Tobit,
-    /// Measurements that have no fit.
-    #[error("`{}`: {error}", path.display())]
-    Fit {
-        /// What they are called.
-        path: PathBuf,
-        /// Why.
-        error: FitError,
-    },
+    /// Measurements that have no fit, and why.
+    #[error("`{}`: {}", .0.display(), .1)]
+    Fit(PathBuf, FitError),
     /// Shares that cannot be estimated.
     #[error(transparent)]
     Sensitivity(#[from] SensitivityError),
     /// A cycle without a bound.
     #[error(transparent)]
     Bound(#[from] BoundError),
-    /// Logs without a drive that lies on the road.
-    #[error("{place}: {reason}")]
-    NoDrive {
-        /// Where the first drive stands.
-        place: String,
-        /// Why it cannot be scored.
-        reason: String,
-    },
+    /// Logs without a drive that lies on the road, or without an event that can be identified: where
+    /// the first one stands, and why it has no score or fit.
+    #[error("{0}: {1}")]
+    NoDrive(String, String),
     /// A road on which no simulated trip arrives.
     #[error("no trip of the study arrives on {road}: of {trips} none was completed")]
     NoTrip {

@@ -63,13 +63,13 @@ pub struct IdentifyAnswer {
 /// let request = IdentifyRequest { logs, study, mappings: Vec::new(), options, warn_of_rows: true };
 /// // on a level road there is no event
 /// let answer = identify(&request, &mut |_| (), &mut go_on);
-/// assert!(matches!(answer, Err(Error::NoEvent { .. })));
+/// assert!(matches!(answer, Err(Error::NoDrive { .. })));
 /// # Ok::<(), ocmc_api::Error>(())
 /// ```
 ///
 /// # Errors
 /// [`Error::Bounds`] where the bounds of a gain are none, [`Error::Table`] where a log cannot be
-/// read, [`Error::NoEvent`] where no event has a fit, [`Error::Interrupted`].
+/// read, [`Error::NoDrive`] where no event has a fit, [`Error::Interrupted`].
 pub fn identify(
     request: &IdentifyRequest,
     warn: &mut dyn FnMut(&str),
@@ -88,7 +88,7 @@ pub fn identify(
     let start = Progress { what: "events", done: 0, total: found.waiting() as u64 };
     aside(start, watch, |stop, done| found.identify(&study.study, options, stop, done))?;
     if let Some(LeftOut { place, reason, .. }) = found.failed() {
-        return Err(Error::NoEvent { place, reason });
+        return Err(Error::NoDrive(place, reason));
     }
     let study = match &study.origin {
         Origin::Dictionary => study.model.study.name.clone(),

@@ -184,10 +184,10 @@ pub(crate) fn told(
     if found.drives.is_empty() {
         return Err(match found.left_out.first() {
             Some((place, fault)) => Error::Drive { place: place.clone(), fault: fault.clone() },
-            None => Error::NoDrive {
-                place: logs.first().map_or(String::new(), |log| log.path().display().to_string()),
-                reason: "it has no piece of 200 m or more without a gap".to_owned(),
-            },
+            None => Error::NoDrive(
+                logs.first().map_or(String::new(), |log| log.path().display().to_string()),
+                "it has no piece of 200 m or more without a gap".to_owned(),
+            ),
         });
     }
     found.notes.iter().for_each(|note| warn(note));

@@ -86,7 +86,7 @@ fn of_driver(law: &str, (key, value, standard_error): (&str, f64, f64)) -> Estim
 
 /// Measurements that have no fit.
 fn no_fit(source: &Path, error: impl Into<FitError>) -> Error {
-    Error::Fit { path: source.to_owned(), error: error.into() }
+    Error::Fit(source.to_owned(), error.into())
 }
 
 /// Curves, and what is asked of them.

@@ -138,7 +138,7 @@ pub fn simulator_study(
         }));
         all.push((driver, drive.signals));
     }
-    let named = |error| Error::Fit { path: PathBuf::from(&study.model.study.name), error };
+    let named = |error| Error::Fit(PathBuf::from(&study.model.study.name), error);
     let mut fits = Vec::new();
     for repetition in 0..repetitions {
         let own = curves.iter().filter(|curve| curve.repetition == repetition);

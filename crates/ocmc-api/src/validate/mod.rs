@@ -272,15 +272,14 @@ pub fn validate(
                 let reason = "its part that is scored is shorter than two places".to_owned();
                 let place = drive.name.clone();
                 warn(&format!("{place} is left out: {reason}"));
-                first_fault.get_or_insert(Error::NoDrive { place, reason });
+                first_fault.get_or_insert(Error::NoDrive(place, reason));
             }
         }
         roads.push(ValidatedRoad::new(group, &ensemble, held));
     }
     if drives.is_empty() {
-        return Err(first_fault.unwrap_or_else(|| Error::NoDrive {
-            place: "the logs".to_owned(),
-            reason: "no drive can be scored".to_owned(),
+        return Err(first_fault.unwrap_or_else(|| {
+            Error::NoDrive("the logs".to_owned(), "no drive can be scored".to_owned())
         }));
     }
     let scores: Vec<DriveScore> = drives.iter().map(|drive| drive.score.clone()).collect();
@@ -343,7 +342,7 @@ fn groups(
             Err(reason) => {
                 left_out += 1;
                 warn(&format!("{} is left out: {reason}", drive.name));
-                first.get_or_insert(Error::NoDrive { place: drive.name, reason });
+                first.get_or_insert(Error::NoDrive(drive.name, reason));
             }
         }
     }

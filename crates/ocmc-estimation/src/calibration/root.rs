@@ -96,7 +96,9 @@ pub fn solve<const N: usize, Error>(
         let before = search.size(&value, &at_bound);
         let mut share = 1.0;
         for halving in 0..=MOST_HALVINGS {
-            let next = search.clip(&std::array::from_fn(|k| point[k] + share * step[k]));
+            let next = std::array::from_fn(|k| {
+                (point[k] + share * step[k]).max(search.lower[k]).min(search.upper[k])
+            });
             let there = function(&next)?;
             evaluations += 1;
             if search.size(&there, &at_bound) < before || halving == MOST_HALVINGS {
@@ -112,10 +114,6 @@ pub fn solve<const N: usize, Error>(
 }
 
 impl<const N: usize> Search<N> {
-    fn clip(&self, point: &[f64; N]) -> [f64; N] {
-        std::array::from_fn(|k| point[k].max(self.lower[k]).min(self.upper[k]))
-    }
-
     fn is_root(&self, value: &[f64; N], at_bound: &[bool; N]) -> bool {
         (0..N).all(|k| at_bound[k] || value[k].abs() <= self.tolerance[k])
     }

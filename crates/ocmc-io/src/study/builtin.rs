@@ -175,21 +175,18 @@ pub(super) fn read(name: &Path, key: &str, kind: Kind, files: &Files) -> Result<
 
 fn read_file(path: &Path, name: &str, kind: Kind) -> Result<String, Box<Fault>> {
     let shown = path.display().to_string();
-    let unreadable = |error: std::io::Error| {
-        Fault::new(Cause::Unreadable { path: shown.clone(), reason: error.to_string() })
-    };
     let metadata = match std::fs::metadata(path) {
         Ok(metadata) => metadata,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             let cause = Cause::UnknownName { what: kind.0, name: shown };
             return Err(Fault::new(cause).suggest(name, &kind.names()));
         }
-        Err(error) => return Err(unreadable(error)),
+        Err(error) => return Err(unreadable(&shown)(error)),
     };
     if metadata.is_dir() {
         return Err(Fault::new(Cause::Directory(shown)));
     }
-    text_of(&shown, input_file::open(path).map_err(unreadable)?)
+    text_of(&shown, input_file::open(path).map_err(unreadable(&shown))?)
 }
 
 /// The name of standard input in place of a study's.
@@ -202,14 +199,15 @@ pub(super) fn standard_input() -> Result<Source, Box<Fault>> {
     Ok(Source { kind: SourceKind::File, name, text })
 }
 
+fn unreadable(path: &str) -> impl Fn(std::io::Error) -> Box<Fault> {
+    move |error| Fault::new(Cause::Unreadable { path: path.to_owned(), reason: error.to_string() })
+}
+
 /// The text of a study that is called so.
 fn text_of(name: &str, file: impl Read) -> Result<String, Box<Fault>> {
     let shown = name.to_owned();
-    let unreadable = |error: std::io::Error| {
-        Fault::new(Cause::Unreadable { path: shown.clone(), reason: error.to_string() })
-    };
     let mut bytes = Vec::new();
-    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable(name))?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(Fault::new(Cause::TooLarge { path: shown, limit: MOST_BYTES }));
     }

@@ -16,13 +16,8 @@ pub enum ComparisonError {
     #[error(transparent)]
     File(#[from] VectoError),
     /// A speed of VECTO that is no drive cycle.
-    #[error("`{}`: {error}", path.display())]
-    Speed {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: DriveCycleError,
-    },
+    #[error("`{}`: {}", .0.display(), .1)]
+    Speed(PathBuf, DriveCycleError),
     /// A plan of VECTO's driver that is no drive cycle.
     #[error("VECTO's driver does not get along the mission: {0}")]
     Plan(DriveCycleError),

@@ -28,6 +28,6 @@ pub(super) fn drive_cycle(path: &Path, series: &Series) -> Result<DriveCycle, Co
         });
     }
     let cycle = DriveCycle::new(time, speed, slope)
-        .map_err(|error| ComparisonError::Speed { path: path.to_owned(), error })?;
+        .map_err(|error| ComparisonError::Speed(path.to_owned(), error))?;
     Ok(cycle.with_gears(gears))
 }

@@ -11,13 +11,8 @@ pub enum VectoError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// A file that is no JSON, or lacks a value.
-    #[error("`{}`: {problem}", .path.display())]
-    Json {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        problem: String,
-    },
+    #[error("`{}`: {}", .0.display(), .1)]
+    Json(PathBuf, String),
     /// A file that another one names and that is not there.
     #[error(
         "`{}` names `{name}`, which is not beside it (blanks may be written as `_`)",
@@ -42,13 +37,8 @@ pub enum VectoError {
         allowed: &'static str,
     },
     /// A mission that is none.
-    #[error("`{}`: {error}", .path.display())]
-    Mission {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        error: crate::driver::VectoError,
-    },
+    #[error("`{}`: {}", .0.display(), .1)]
+    Mission(PathBuf, crate::driver::VectoError),
     /// A result without a column.
     #[error("`{}` has no column `{column}`; it has {found}", .path.display())]
     Column {

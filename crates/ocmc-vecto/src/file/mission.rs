@@ -35,8 +35,8 @@ impl MissionFile {
             auxiliary_w: 1000.0 * added_kw[k],
         };
         let rows: Vec<MissionRow> = (0..position_m.len()).map(row).collect();
-        let mission = Mission::new(&rows)
-            .map_err(|error| VectoError::Mission { path: path.to_owned(), error })?;
+        let mission =
+            Mission::new(&rows).map_err(|error| VectoError::Mission(path.to_owned(), error))?;
         let sum_w: f64 = rows.iter().map(|row| row.auxiliary_w).sum();
         Ok(Self {
             mission,

@@ -20,7 +20,7 @@ struct Document<T> {
 pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, VectoError> {
     let text = read_text(path)?;
     let document: Document<T> = serde_json::from_str(&text)
-        .map_err(|error| VectoError::Json { path: path.to_owned(), problem: error.to_string() })?;
+        .map_err(|error| VectoError::Json(path.to_owned(), error.to_string()))?;
     Ok(document.body)
 }
 
