@@ -142,8 +142,12 @@ fn cells(name: &str, of: &RangeOf) -> Vec<String> {
 }
 
 fn interval(arriving: &ArrivingRange) -> String {
-    let [low, high] = arriving.ci95_m.map(km);
-    format!("{low}-{high}")
+    match arriving.ci95_m.map(|end| end.map(|_| km(end))) {
+        [Some(low), Some(high)] => format!("{low}-{high}"),
+        [None, Some(high)] => format!("<{high}"),
+        [Some(low), None] => format!(">{low}"),
+        [None, None] => "-".to_owned(),
+    }
 }
 
 /// The curve in words and bars.
@@ -195,11 +199,17 @@ impl Answer for RangeAnswer {
         let ends = ["  95 % interval".to_owned(), String::new()].into_iter().chain(intervals);
         let first = [cells("all", all), ends.collect()];
         text.push_str(&table(&WIDTHS, &head, first.into_iter().chain(rows)));
+        if all.arriving.iter().any(|arriving| arriving.ci95_m.contains(&None)) {
+            text.push_str(OPEN);
+        }
         text.push_str(&curve(&self.range.curve));
         text.push_str(NOTE);
         text
     }
 }
+
+/// What an interval with an open side says.
+const OPEN: &str = "  <, >, -: no trip bounds that side; more trips do\n";
 
 /// What the figures are of, and what they leave out.
 const NOTE: &str = "

@@ -8,12 +8,22 @@
 //!
 //! N its event and Y whether it is at risk. Observations of one cluster (the trips of a truck) are
 //! summed: Var ln S = C/(C − 1) Σ_c (Σ_{i ∈ c} ψ_i)². With C clusters of one observation each, Σ
-//! ψ_i² is Greenwood's sum Σ d_j / (Y_j (Y_j − d_j)). Intervals are those of ln(−ln S), so that
-//! they stay within 0 and 1. A quantile's interval holds the distances at which that of S holds the
-//! level. Sources: E. L. Kaplan, P. Meier, *Nonparametric Estimation from Incomplete Observations*,
-//! J. Am. Stat. Assoc. 53 (1958); J. P. Klein, M. L. Moeschberger, *Survival Analysis*, 2nd ed.
-//! (2003), sections 4.2, 4.3 and 4.5 \[PK\].
+//! ψ_i² is Greenwood's sum Σ d_j / (Y_j (Y_j − d_j)).
+//!
+//! Intervals are those of a binomial law with as many observations as would give S its variance,
+//! n = (1 − S) / (S Var ln S), fewer by (t₀.₉₇₅(N−1) / t₀.₉₇₅(C−1))² where C clusters say less of the
+//! variance than N observations: exact where nothing is cut off and nothing depends on another, and
+//! right at the ends, where few events are. Before the first event n is what is at risk there, where
+//! all is gone what it was before. A quantile's interval holds the distances at which that of S holds
+//! the level: of a sample that nothing cuts off it is that of its order statistics, and a side that
+//! none of them bounds is open.
+//!
+//! Sources: E. L. Kaplan, P. Meier, *Nonparametric Estimation from Incomplete Observations*, J. Am.
+//! Stat. Assoc. 53 (1958); J. P. Klein, M. L. Moeschberger, *Survival Analysis*, 2nd ed. (2003),
+//! sections 4.2, 4.3 and 4.5 \[PK\]; E. L. Korn, B. I. Graubard, *Confidence Intervals for Proportions
+//! with Small Expected Number of Positive Counts*, Survey Methodology 24 (1998) \[PK\].
 
+use super::quantile::{TAIL, binomial_tails};
 use super::ratio::student_975;
 
 /// One observation: how far it was followed, and whether the event ended it.
@@ -33,6 +43,8 @@ struct EventPoint {
     distance_m: f64,
     /// ln S after it; without end where nothing is left.
     log_share: f64,
+    /// Y.
+    at_risk: f64,
     /// 1 / (Y (1 − h)).
     weight: f64,
     /// Σ h / (Y (1 − h)) up to and with it.
@@ -69,7 +81,7 @@ impl Survival {
                 log_share += libm::log1p(-hazard);
                 let weight = 1.0 / (at_risk - events);
                 compensator += hazard * weight;
-                points.push(EventPoint { distance_m, log_share, weight, compensator });
+                points.push(EventPoint { distance_m, log_share, at_risk, weight, compensator });
             }
             k += n;
         }
@@ -91,13 +103,61 @@ impl Survival {
         (share == 0.0 || distance_m <= self.last_m).then_some(share)
     }
 
-    /// Its 95 % interval; none where nothing has happened yet, or nothing is left.
+    /// Its 95 % interval.
     pub fn ci95(&self, distance_m: f64) -> Option<[f64; 2]> {
         self.share(distance_m)?;
-        let log_share = self.point(distance_m)?.log_share;
-        let error = self.standard_error(distance_m)?;
-        let far = student_975(self.clusters - 1.0) * error / -log_share;
-        Some([far, -far].map(|far| libm::exp(log_share * libm::exp(far))))
+        let (n, gone) = self.counted(self.event_place(distance_m), distance_m);
+        // the shares of which so many gone are as few, or as many, as one of forty times
+        let end = |tail: usize| {
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..HALVINGS {
+                let gone_share = 0.5 * (low + high);
+                let is_above = binomial_tails(n, gone_share, gone)[tail] < TAIL;
+                let bound = if is_above == (tail == 0) { &mut high } else { &mut low };
+                *bound = gone_share;
+            }
+            1.0 - 0.5 * (low + high)
+        };
+        let low = if gone == n { 0.0 } else { end(0) };
+        let high = if gone == 0 { 1.0 } else { end(1) };
+        Some([low, high])
+    }
+
+    /// Place of the last point at or before a distance.
+    fn event_place(&self, distance_m: f64) -> Option<usize> {
+        self.points.partition_point(|point| point.distance_m <= distance_m).checked_sub(1)
+    }
+
+    /// Of how many observations so many events are that say as much of the share at a distance behind a
+    /// point.
+    fn counted(&self, place: Option<usize>, distance_m: f64) -> (usize, usize) {
+        let observations = self.observations.len() as f64;
+        let by_cluster = self.clusters / observations;
+        let Some(place) = place else {
+            let at_risk = self.observations.iter().filter(|o| o.distance_m > distance_m).count();
+            return (libm::floor(at_risk as f64 * by_cluster).max(1.0) as usize, 0);
+        };
+        let point = &self.points[place];
+        if point.log_share == f64::NEG_INFINITY {
+            let before = place.checked_sub(1).and_then(|k| self.worth(&self.points[k]));
+            let n = before.unwrap_or(point.at_risk * by_cluster).max(1.0);
+            return (libm::round(n) as usize, libm::round(n) as usize);
+        }
+        let n = self.worth(point).unwrap_or(1.0);
+        let gone = libm::round(n * -libm::expm1(point.log_share));
+        (libm::round(n) as usize, gone as usize)
+    }
+
+    /// Number of independent observations that would give the share behind a point its variance.
+    fn worth(&self, point: &EventPoint) -> Option<f64> {
+        let observations = self.observations.len() as f64;
+        let error = self.standard_error(point.distance_m)?;
+        let (gone, left) = (-libm::expm1(point.log_share), libm::exp(point.log_share));
+        // of single observations Greenwood's sum is that of the binomial law
+        let single = (observations - 1.0) / observations;
+        let known = student_975(observations - 1.0) / student_975(self.clusters - 1.0);
+        let worth = gone / (left * error * error * single) * known * known;
+        Some(worth.clamp(1.0, observations))
     }
 
     /// Standard error of ln S.
@@ -125,33 +185,44 @@ impl Survival {
     /// The distance, in m, up to which a share of all is left: the first at which no more are; none
     /// where more are left at the end of what is known.
     pub fn quantile(&self, share: f64) -> Option<f64> {
-        self.first(|point| libm::exp(point.log_share) <= share + ROUNDING)
+        self.first(|k, _| libm::exp(self.points[k].log_share) <= share + ROUNDING)
     }
 
-    /// Its 95 % interval; either end is none where what is known ends before it.
+    /// Its 95 % interval; either end is none where no observation bounds it.
     pub fn quantile_ci95(&self, share: f64) -> [Option<f64>; 2] {
-        [1, 0].map(|end| {
-            let beyond = |point: &EventPoint| match self.ci95(point.distance_m) {
-                Some(interval) => interval[1 - end] <= share,
-                None => point.log_share == f64::NEG_INFINITY,
-            };
-            self.first(beyond)
-        })
+        let few = |place: Option<usize>, distance_m: f64| {
+            let (n, gone) = self.counted(place, distance_m);
+            binomial_tails(n, 1.0 - share, gone).map(|tail| tail > TAIL)
+        };
+        let first_m = self.points.first().map_or(self.last_m, |point| point.distance_m);
+        let before_first = self.observations.iter().map(|o| o.distance_m);
+        let before_m = before_first.filter(|at_m| *at_m < first_m).fold(0.0, f64::max);
+        let is_open = few(None, before_m)[0];
+        let low = if is_open { None } else { self.first(|k, at_m| few(Some(k), at_m)[0]) };
+        [low, self.first(|k, at_m| !few(Some(k), at_m)[1])]
     }
 
     /// Distance of the first point from which on something holds, found by halving.
-    fn first(&self, holds: impl Fn(&EventPoint) -> bool) -> Option<f64> {
-        let place = self.points.partition_point(|point| !holds(point));
-        self.points.get(place).map(|point| point.distance_m)
+    fn first(&self, holds: impl Fn(usize, f64) -> bool) -> Option<f64> {
+        let (mut low, mut high) = (0, self.points.len());
+        while low < high {
+            let middle = usize::midpoint(low, high);
+            let point = &self.points[middle];
+            if holds(middle, point.distance_m) { high = middle } else { low = middle + 1 }
+        }
+        self.points.get(low).map(|point| point.distance_m)
     }
 }
 
 /// Difference of shares that is rounding.
 const ROUNDING: f64 = 1e-12;
+/// Steps in which an end of an interval is found.
+const HALVINGS: u32 = 50;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantile::interval;
     use ocmc_core::random::{Stream, Streams};
 
     fn observations(all: &[(f64, bool)]) -> Vec<Observation> {
@@ -184,7 +255,11 @@ mod tests {
         let greenwood = 1.0 / 30.0 + 1.0 / 12.0 + 1.0 / 6.0;
         let error = survival.standard_error(4.0).expect("events");
         assert!((error * error - greenwood * 6.0 / 5.0).abs() < 1e-14);
-        assert_eq!((survival.ci95(0.5), survival.ci95(5.0)), (None, None));
+        // nothing gone of six, and all: 1 − 0.025^(1/6) may still be gone
+        let bound = libm::pow(0.025, 1.0 / 6.0);
+        let [before, behind] = [0.5, 5.0].map(|at| survival.ci95(at).expect("known"));
+        assert!((before[0] - bound).abs() < 1e-9 && before[1] == 1.0, "{before:?}");
+        assert!(behind[0] == 0.0 && behind[1] > 0.4, "{behind:?}");
         assert!(Survival::new(Vec::new()).is_none());
     }
 
@@ -195,6 +270,68 @@ mod tests {
         assert!((survival.share(3.0).expect("known") - 2.0 / 3.0).abs() < 1e-14);
         assert_eq!((survival.share(3.1), survival.quantile(0.5)), (None, None));
         assert_eq!(survival.quantile_ci95(0.5)[1], None);
+    }
+
+    #[test]
+    fn without_cutting_off_intervals_are_those_of_order_statistics_and_open_where_they_are() {
+        for n in [1, 5, 20, 50, 72, 368, 1000] {
+            let all: Vec<(f64, bool)> = (1..=n).map(|k| (f64::from(k), true)).collect();
+            let sorted: Vec<f64> = all.iter().map(|(at, _)| *at).collect();
+            let survival = Survival::new(observations(&all)).expect("some");
+            for share in [0.99, 0.95, 0.5, 0.05] {
+                let found = survival.quantile_ci95(share);
+                // ranks l and u of the binomial law, each on its own
+                let count = n as usize;
+                let ranks = 1..=count;
+                let tails = |k: usize| binomial_tails(count, 1.0 - share, k);
+                let low = ranks.clone().rev().find(|l| tails(l - 1)[0] <= TAIL);
+                let high = ranks.clone().find(|u| tails(*u)[1] <= TAIL);
+                let said = [low, high].map(|rank| rank.map(|rank| rank as f64));
+                assert_eq!(found, said, "{n} {share}");
+                if let Some([low, high]) = interval(&sorted, 1.0 - share) {
+                    assert_eq!(found, [Some(low), Some(high)], "{n} {share}");
+                }
+            }
+        }
+    }
+
+    /// Trips of lengths that have nothing to do with the range: 300 samples of each size.
+    #[test]
+    fn intervals_of_all_arriving_shares_cover_in_small_samples() {
+        use crate::range::ARRIVING;
+        let (runs, sizes) = (300, [20_u64, 50, 100, 200, 400, 1000]);
+        let (mut covered, mut all_rows) = (0, 0);
+        for (place, size) in sizes.into_iter().enumerate() {
+            let mut rows = [0; ARRIVING.len()];
+            for run in 0..runs {
+                let draw = |k: u64| {
+                    let streams = Streams::new(11 + place as u64, run * 1000 + k);
+                    let mut draws = streams.open(Stream::Payload);
+                    let range_m = 300.0 * libm::exp(0.15 * draws.normal());
+                    let length_m = 350.0 + 400.0 * draws.uniform();
+                    (range_m.min(length_m), range_m <= length_m)
+                };
+                let all: Vec<(f64, bool)> = (0..size).map(draw).collect();
+                let survival = Survival::new(observations(&all)).expect("many");
+                for (row, share) in rows.iter_mut().zip(ARRIVING) {
+                    let truth_m = 300.0
+                        * libm::exp(
+                            0.15 * ocmc_core::special_functions::normal_quantile(1.0 - share),
+                        );
+                    let [low, high] = survival.quantile_ci95(share);
+                    let holds =
+                        low.is_none_or(|l| l <= truth_m) && high.is_none_or(|h| truth_m <= h);
+                    *row += u32::from(holds);
+                }
+            }
+            for (row, share) in rows.iter().zip(ARRIVING) {
+                let covers = f64::from(*row) / runs as f64;
+                assert!(covers >= 0.909, "{size} trips, {share}: {covers}");
+            }
+            covered += rows.iter().sum::<u32>();
+            all_rows += runs as u32 * rows.len() as u32;
+        }
+        assert!(f64::from(covered) >= 0.94 * f64::from(all_rows), "{covered} of {all_rows}");
     }
 
     #[test]

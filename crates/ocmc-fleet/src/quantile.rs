@@ -7,7 +7,7 @@ pub const LEVELS: [(f64, &str); 6] =
     [(0.05, "p5"), (0.25, "p25"), (0.5, "p50"), (0.75, "p75"), (0.95, "p95"), (0.99, "p99")];
 
 /// What each tail of a 95 % interval may hold.
-const TAIL: f64 = 0.025;
+pub(super) const TAIL: f64 = 0.025;
 
 /// Weights of the binomial law below this share of its largest are left out of its sum.
 const NEGLIGIBLE: f64 = 1e-20;
@@ -83,6 +83,16 @@ fn ranks(n: usize, level: f64) -> Option<(usize, usize)> {
     let low = first + within(&mut weights.iter());
     let high = first + weights.len() - within(&mut weights.iter().rev());
     (low >= 1 && high <= n).then_some((low, high))
+}
+
+/// P(B <= k) and P(B >= k) of a binomial law.
+pub(super) fn binomial_tails(n: usize, p: f64, k: usize) -> [f64; 2] {
+    let (first, weights) = binomial_weights(n, p);
+    let total: f64 = weights.iter().sum();
+    let place = |k: usize| k.saturating_sub(first).min(weights.len());
+    let below: f64 = weights[..place(k + 1)].iter().sum();
+    let above: f64 = weights[place(k)..].iter().sum();
+    [below / total, above / total]
 }
 
 /// Probabilities of a binomial law relative to its mode, from the returned value on. Their number

@@ -118,7 +118,26 @@ pub struct NamedQuantity<'a> {
 /// One of the [`QUANTITIES`].
 pub type RecordQuantity = NamedQuantity<'static>;
 
+/// Quantities of the [`QUANTITIES`] that may be below zero: downhill a battery may gain, and the wheels
+/// brake.
+const MAY_BE_NEGATIVE: [&str; 8] = [
+    CHARGED,
+    CARRIERS[Carrier::Electricity as usize].per_tonne.name,
+    ALL_STORES.name,
+    WHOLE_TRIP,
+    WHEEL,
+    "grid_co2_g_per_km",
+    WELL_TO_WHEEL,
+    "well_to_wheel_g_per_tkm",
+];
+
 impl NamedQuantity<'_> {
+    /// The least that its mean can be.
+    pub fn least(&self) -> f64 {
+        let never = quantity(self.column).is_some() && !MAY_BE_NEGATIVE.contains(&self.column);
+        if never { 0.0 } else { f64::NEG_INFINITY }
+    }
+
     /// The value of a cycle that counts and has one.
     pub fn of_cycle(&self, record: &Record) -> Option<f64> {
         let counts = match record.outcome {

@@ -84,7 +84,7 @@ pub struct CurvePoint {
     pub distance_m: f64,
     /// The share.
     pub share: f64,
-    /// Its 95 % interval; none where all arrive, or none do.
+    /// Its 95 % interval.
     pub ci95: Option<[f64; 2]>,
 }
 

@@ -369,7 +369,9 @@ impl SummaryBuilder {
     }
 
     fn mean(&self, quantity: &RecordQuantity, clusters: &Clusters) -> Option<Ratio> {
-        clusters.ratio(self.totals(quantity))
+        let mean = clusters.ratio(self.totals(quantity))?;
+        let ci95 = mean.ci95.map(|[low, high]| [low.max(quantity.least()), high]);
+        Some(Ratio { ci95, ..mean })
     }
 
     /// What each counted cycle that has the quantity adds to the two totals of its mean, after
