@@ -142,8 +142,9 @@ fn a_cold_battery_charges_slower_and_one_that_was_prepared_faster() {
     }
     let pace =
         |record: &Record| record.charged_energy_public_j.unwrap() / record.charging_s.unwrap();
+    // the charger carries what heats a battery, of the cold one for longer
     let paces = [pace(&warm), pace(&prepared), pace(&cold)];
-    assert!(paces[0] > 0.99 * paces[1] && paces[1] > 1.03 * paces[2], "{paces:?}");
+    assert!(paces[0] > 0.99 * paces[1] && paces[1] > 1.02 * paces[2], "{paces:?}");
     let heating = [&cold, &prepared].map(|record| record.battery_conditioning_energy_j.unwrap());
     assert!(heating[1] > heating[0], "{heating:?}");
 }

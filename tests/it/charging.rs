@@ -54,7 +54,8 @@ fn open(record: &Record, efficiency: f64) -> f64 {
         [record.grid_energy_depot_j, record.grid_energy_public_j, record.grid_energy_stop_j];
     let metered_j: f64 = metered.into_iter().flatten().sum();
     let charged_j = record.charged_energy_j.unwrap();
-    let open_j = metered_j * efficiency - charged_j - record.charging_loss_j.unwrap();
+    let beside_j = record.charging_loss_j.unwrap() + record.charger_auxiliary_energy_j.unwrap();
+    let open_j = metered_j * efficiency - charged_j - beside_j;
     open_j / charged_j.max(1.0)
 }
 
@@ -73,13 +74,20 @@ fn a_truck_charges_at_the_last_charger_before_it_would_need_its_reserve() {
     let [at_m, stood_s, arrives, departs] = stands[0];
     assert!((at_m - reached_m).abs() < 1.0, "{stands:?} {alone:?}");
     assert!(arrives > 0.15 && arrives < 0.15 + 1.1 * 40.0 * 1.3 / 540.0, "{stands:?}");
-    // it is charged up to 0.8; the auxiliaries draw meanwhile
-    assert!(departs < 0.8 && departs > 0.77, "{stands:?}");
-    // a constant 329 kW at the terminals into 0.05 Ω at about 680 V, wait and plug beside it
-    let gained_j = (0.8 - arrives) * 540.0 * 3.6e6;
-    let said_s = 420.0 + gained_j / (329e3 - 0.05 * (329e3f64 / 680.0).powi(2));
-    assert!((stood_s / said_s - 1.0).abs() < 0.005, "{stood_s} {said_s}");
     let n = stands.len() as u32;
+    // it is charged up to 0.8; before and behind the plug the auxiliaries draw
+    let auxiliary_w = record.auxiliary_energy_j / (record.moving_s + 420.0 * f64::from(n));
+    let capacity_j = 540.0 * 3.6e6;
+    let unplugging = 60.0 * auxiliary_w / capacity_j;
+    assert!((0.8 - departs - unplugging).abs() < 0.01 * unplugging, "{stands:?}");
+    // a constant 329 kW less the auxiliaries into 0.05 Ω at about 680 V, wait and plug beside it
+    let terminals_w = 329e3 - auxiliary_w;
+    let gained_j = (0.8 - arrives) * capacity_j + 360.0 * auxiliary_w;
+    let said_s = 420.0 + gained_j / (terminals_w - 0.05 * (terminals_w / 680.0).powi(2));
+    assert!((stood_s / said_s - 1.0).abs() < 0.005, "{stood_s} {said_s}");
+    let carried_j = auxiliary_w * record.charging_s.unwrap();
+    let meant_j = record.charger_auxiliary_energy_j.unwrap();
+    assert!((meant_j / carried_j - 1.0).abs() < 1e-9, "{meant_j} {carried_j}");
     assert_eq!(
         (record.n_charging_stops, record.charging_wait_s),
         (Some(n), Some(300.0 * f64::from(n)))
@@ -148,6 +156,44 @@ fn on_sampled_trips_the_charge_keeps_its_bounds_and_the_energy_its_balance() {
             assert!(*charge <= 0.9 && *charge > 0.099, "{charge}");
         }
     }
+}
+
+/// A truck that is plugged in for a day draws nothing from its battery: the meter counts its auxiliaries.
+#[test]
+fn a_charger_carries_the_auxiliaries_as_long_as_the_truck_is_plugged_in() {
+    let stop = |power_w: f64| {
+        let sets = [
+            "mission.length_m=90000",
+            "vehicle.auxiliary_power_w=5000.0",
+            "vehicle.powertrain.battery_electric.battery.initial_charge=0.7",
+            "mission.stops={ spacing_m = 40000, dwell_s = 86400 }",
+            "charging.public={ spacing_m = 4000000, power_w = 350000, wait_s = 0, end_at = 0.8 }",
+            &format!(
+                "charging.stop={{ power_w = {power_w}, begin_below = 0.95, end_at = 0.8, shortest_s = 600 }}"
+            ),
+        ];
+        trace(&charging(&sets), 1, 0).record
+    };
+    let record = stop(100e3);
+    let events = record.charging_events.as_ref().unwrap();
+    assert!(!events.is_empty() && record.outcome == Outcome::Completed, "{record:?}");
+    let n = events.len() as f64;
+    let auxiliary_w = record.auxiliary_energy_j / (record.moving_s + 120.0 * n);
+    let carried_j = record.charger_auxiliary_energy_j.unwrap();
+    let said_j = auxiliary_w * (86_400.0 - 120.0) * n;
+    assert!((carried_j / said_j - 1.0).abs() < 1e-9, "{carried_j} {said_j}");
+    for event in events {
+        assert!((event.end_charge - 0.8).abs() < 1e-9, "{event:?}");
+        // the meter counts all of the day, and no more than the charger gives
+        let quarters_j: f64 = event.quarter_hours_j.iter().sum();
+        assert!((quarters_j / event.grid_energy_j - 1.0).abs() < 1e-9, "{event:?}");
+        assert!(event.quarter_hours_j.len() >= 95 && event.peak_power_w * 0.94 <= 100e3 + 1e-6);
+    }
+    assert!(open(&record, 0.94).abs() < 1e-9 && electric_balance(&record).abs() < 1e-9);
+    // weaker than the auxiliaries it charges nothing, and the truck stands until it is empty
+    let weak = stop(4000.0);
+    assert_eq!((weak.outcome, weak.final_charge), (Outcome::Depleted, Some(0.1)), "{weak:?}");
+    assert!(electric_balance(&weak).abs() < 1e-9);
 }
 
 #[test]
@@ -224,6 +270,7 @@ fn without_chargers_a_policy_changes_nothing_but_its_columns() {
             charging_wait_s: None,
             charging_events: None,
             lowest_charge: None,
+            charger_auxiliary_energy_j: None,
             // the meter counts the charger's losses
             grid_co2_g_per_km: plain.grid_co2_g_per_km,
             well_to_wheel_g_per_km: plain.well_to_wheel_g_per_km,

@@ -29,6 +29,8 @@ struct Policy {
     end_at: f64,
     enough: Option<(&'static str, f64)>,
     stops: bool,
+    dwell_s: f64,
+    stop_power_w: f64,
     rests: bool,
     initial_charge: f64,
     cycle_id: u64,
@@ -50,11 +52,11 @@ impl Policy {
             sets.push(format!("charging.public.enough={enough}"));
         }
         if self.stops {
-            sets.push("mission.stops={ spacing_m = 90000, dwell_s = 1500 }".to_owned());
-            sets.push(
-                "charging.stop={ power_w = 120000, begin_below = 0.95, end_at = 1.0, shortest_s = 600 }"
-                    .to_owned(),
-            );
+            let Self { dwell_s, stop_power_w, .. } = self;
+            sets.push(format!("mission.stops={{ spacing_m = 90000, dwell_s = {dwell_s} }}"));
+            sets.push(format!(
+                "charging.stop={{ power_w = {stop_power_w}, begin_below = 0.95, end_at = 1.0, shortest_s = 600 }}"
+            ));
         }
         if self.rests {
             sets.push("rest.law=\"us_395_3\"".to_owned());
@@ -70,9 +72,11 @@ fn policies() -> impl Strategy<Value = Policy> {
         (0.0..0.5).prop_map(|margin| Some(("destination", margin))),
         (0.0..0.5).prop_map(|margin| Some(("next_charger", margin))),
     ];
-    let numbers = (0.0..0.4, 20e3..120e3, 5e4..1e6, 0.45..1.0, 0.5..1.0);
-    (base, enough, numbers, any::<bool>(), any::<bool>(), 0_u64..1000).prop_map(
-        |(base, enough, numbers, stops, rests, cycle_id)| {
+    let power_w = prop_oneof![1e3..1e4, 5e4..1e6];
+    let stop = (prop_oneof![1500.0..2000.0, 2000.0..90_000.0], prop_oneof![1e3..1e4, 5e4..2e5]);
+    let numbers = (0.0..0.4, 20e3..120e3, power_w, 0.45..1.0, 0.5..1.0);
+    (base, enough, numbers, any::<bool>(), stop, any::<bool>(), 0_u64..1000).prop_map(
+        |(base, enough, numbers, stops, (dwell_s, stop_power_w), rests, cycle_id)| {
             let (reserve, spacing_m, power_w, end_at, initial_charge) = numbers;
             Policy {
                 base,
@@ -82,6 +86,8 @@ fn policies() -> impl Strategy<Value = Policy> {
                 end_at,
                 enough,
                 stops,
+                dwell_s,
+                stop_power_w,
                 rests,
                 initial_charge,
                 cycle_id,

@@ -91,7 +91,7 @@ fn whatever_the_map_and_the_truck_every_column_is_a_number() {
         "vehicle.powertrain.battery_electric.battery.charge_power_w=0.0",
     ];
     let full = ["vehicle.powertrain.battery_electric.battery.initial_charge=1.0"];
-    let empty = ["vehicle.powertrain.battery_electric.battery.initial_charge=0.0"];
+    let empty = ["vehicle.powertrain.battery_electric.battery.initial_charge=0.1001"];
     let electric: [(&str, Vec<&str>); 6] = [
         ("spot", spot.to_vec()),
         ("poor", poor.to_vec()),

@@ -48,11 +48,11 @@ pub struct ChargingEvent {
     pub charging_s: f64,
     /// State of charge at its begin.
     pub begin_charge: f64,
-    /// State of charge at its end; the auxiliaries have drawn nothing yet.
+    /// State of charge at its end.
     pub end_charge: f64,
     /// What the store gained, in J.
     pub charged_energy_j: f64,
-    /// What the meter counted, in J.
+    /// What the meter counted while the truck was plugged in, its auxiliaries among it, in J.
     pub grid_energy_j: f64,
     /// Highest power at the meter, in W.
     pub peak_power_w: f64,
@@ -70,6 +70,20 @@ impl ChargeCourse {
     /// Adds the energy at the terminals up to a time.
     pub fn push(&mut self, time_s: f64, supplied_j: f64) {
         self.0.push([time_s, supplied_j]);
+    }
+
+    /// Adds a power that was supplied all the time, in W.
+    pub fn raise(&mut self, power_w: f64) {
+        for [time_s, supplied_j] in &mut self.0 {
+            *supplied_j += power_w * *time_s;
+        }
+    }
+
+    /// Goes on for some time, in s, in which an energy is supplied, in J.
+    pub fn go_on(&mut self, time_s: f64, supplied_j: f64) {
+        let mut next = Self::default();
+        next.push(time_s, supplied_j);
+        self.append(&next);
     }
 
     /// Goes on as another charging does from its begin.

@@ -211,6 +211,8 @@ pub struct Charge {
     pub loss_j: f64,
     /// Energy at the terminals, in J, integrated on its own.
     pub supplied_j: f64,
+    /// What the charger gave the auxiliaries meanwhile, in J.
+    pub carried_j: f64,
 }
 
 impl Charge {
@@ -220,6 +222,7 @@ impl Charge {
         self.gained_j += other.gained_j;
         self.loss_j += other.loss_j;
         self.supplied_j += other.supplied_j;
+        self.carried_j += other.carried_j;
     }
 }
 
@@ -390,7 +393,8 @@ pub trait Powertrain {
         _accelerator: f64,
     ) {
     }
-    /// Stands for some time, in s.
+    /// Stands for some time, in s. From a battery its auxiliaries draw down to the lowest charge, and
+    /// nothing while a charger carries them.
     fn stand<S: Simd>(
         &self,
         state: &mut Self::State<S>,
@@ -503,7 +507,8 @@ pub trait Powertrain {
     fn rise(&self, _gained_j: f64) -> f64 {
         0.0
     }
-    /// Charges one lane at rest; nothing where nothing can be charged.
+    /// Charges one lane at rest, whose auxiliaries the charger carries first; nothing where nothing can
+    /// be charged. The truck stays plugged in.
     fn charge<S: Simd>(
         &self,
         _state: &mut Self::State<S>,
@@ -512,6 +517,10 @@ pub trait Powertrain {
         _course: &mut ChargeCourse,
     ) -> Charge {
         Charge::default()
+    }
+    /// Unplugs one lane; returns what the charger has given its auxiliaries since it was charged, in J.
+    fn unplug<S: Simd>(&self, _state: &mut Self::State<S>, _lane: usize) -> f64 {
+        0.0
     }
     /// How far ahead of a planned charging stop its temperature is prepared, in m.
     fn preconditions_from_m(&self) -> f64 {

@@ -3,6 +3,7 @@
 use super::PowertrainKind;
 use super::battery_electric::{BatteryElectricPowertrain, ElectricModel};
 use super::combustion::{CombustionModel, CombustionPowertrain};
+use super::component::battery::BatteryModel;
 use super::component::gearbox::{Gear, ShiftModel};
 use super::fuel_cell::{FuelCellModel, FuelCellPowertrain};
 use crate::distribution::Quantity;
@@ -95,6 +96,15 @@ impl PowertrainModel {
         }
     }
 
+    /// Its battery, and the key of that.
+    pub fn battery(&self) -> Option<(&'static str, &BatteryModel)> {
+        match self {
+            Self::Combustion(_) => None,
+            Self::BatteryElectric(model) => Some(("battery_electric.battery", &model.battery)),
+            Self::FuelCell(model) => Some(("fuel_cell.electric.battery", &model.electric.battery)),
+        }
+    }
+
     /// Whether chargers charge it.
     pub fn plugs_in(&self) -> bool {
         matches!(self, Self::BatteryElectric(_))
@@ -136,15 +146,15 @@ impl PowertrainModel {
         streams: &Streams,
         spread: bool,
     ) -> (f64, Option<f64>) {
-        let (factor, battery) = match self {
-            Self::Combustion(model) => (Some(&model.engine.fuel_factor), None),
-            Self::BatteryElectric(model) => (None, Some(&model.battery)),
-            Self::FuelCell(model) => {
-                (Some(&model.cell.hydrogen_factor), Some(&model.electric.battery))
-            }
+        let factor = match self {
+            Self::Combustion(model) => Some(&model.engine.fuel_factor),
+            Self::BatteryElectric(_) => None,
+            Self::FuelCell(model) => Some(&model.cell.hydrogen_factor),
         };
-        let charge =
-            battery.map(|battery| battery.initial_charge.drawn(spread, streams, Stream::Electric));
+        let drawn = |battery: &BatteryModel| {
+            battery.initial_charge.drawn(spread, streams, Stream::Electric)
+        };
+        let charge = self.battery().map(|(_, battery)| drawn(battery));
         (factor.map_or(1.0, draw), charge)
     }
 

@@ -227,4 +227,5 @@ const FIELDS: &[Column] = &[
     column_of("lowest_charge", |r| Cell::Number(r.lowest_charge)),
     column_of("mean_payload_kg", |r| n(r.mean_payload_kg)),
     column_of("power_take_off_energy_j", |r| Cell::Number(r.power_take_off_energy_j)),
+    column_of("charger_auxiliary_energy_j", |r| Cell::Number(r.charger_auxiliary_energy_j)),
 ];

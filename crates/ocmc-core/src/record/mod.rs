@@ -252,6 +252,9 @@ pub struct Record {
     /// Work that the truck's body took at stops of the mission, in J, a part of
     /// `auxiliary_energy_j`; null where a speed is followed exactly.
     pub power_take_off_energy_j: Option<f64>,
+    /// What the chargers on the way gave the auxiliaries while the truck was plugged in, in J: no part of
+    /// `auxiliary_energy_j`; null as `charged_energy_public_j`.
+    pub charger_auxiliary_energy_j: Option<f64>,
     /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger that
     /// have a column of their own.
     #[serde(skip)]

@@ -64,7 +64,9 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     if let Some(charging) = &model.charging {
         problems.part("charging", |problems| charging.validate(problems));
         problems.part("charging", |problems| chargers_within(model, charging, problems));
+        problems.part("charging", |problems| departs_above(model, charging, problems));
     }
+    draws_within(model, &mut problems);
     problems.into_found()
 }
 
@@ -117,6 +119,31 @@ fn chargers_within(model: &StudyModel, charging: &ChargingPolicy, problems: &mut
     {
         problems.part("public", |problems| public.require_within(*length_m, problems));
     }
+}
+
+/// Where there is no public charger a truck stops with its reserve, and has to depart with more.
+fn departs_above(model: &StudyModel, charging: &ChargingPolicy, problems: &mut Problems) {
+    let battery = model.vehicle.powertrain.battery().filter(|_| charging.public.is_none());
+    if let Some((key, battery)) = battery {
+        let least = battery.initial_charge.practical_range().0;
+        let allowed =
+            format!("below {least}, the least of `vehicle.powertrain.{key}.initial_charge`");
+        problems.require(charging.reserve < least, "reserve", charging.reserve, &allowed);
+    }
+}
+
+/// The last step before a truck stops draws what its battery holds: at the highest power half of what the
+/// store loses comes out.
+fn draws_within(model: &StudyModel, problems: &mut Problems) {
+    let Some((key, battery)) = model.vehicle.powertrain.battery() else { return };
+    let step_j = 2.0 * battery.discharge_power_w * model.simulation.step_s;
+    let least = step_j / battery.aged().capacity_j;
+    let allowed =
+        format!("at least {least:.6}: what the last step before it can take of the store");
+    problems.part(&format!("vehicle.powertrain.{key}"), |problems| {
+        let holds = battery.minimum_charge >= least;
+        problems.require(holds, "minimum_charge", battery.minimum_charge, &allowed);
+    });
 }
 
 /// A mission that no driver ends in the time that a cycle has would always be given up.

@@ -8,6 +8,10 @@ use crate::powertrain::{Charge, Plug};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
 
+/// The longest for which a truck stays to be charged, in s: a daily rest (judgement). A charger that gives
+/// next to nothing does not hold it for ever.
+const LONGEST_STAY_S: f64 = 39_600.0;
+
 /// What charging at one kind of place did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ChargedAt {
@@ -49,12 +53,12 @@ pub(super) struct Arrival {
 }
 
 /// What a charger did.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Charged<'a> {
+#[derive(Clone, Debug)]
+pub(super) struct Charged {
     /// Time and energy.
-    pub charge: &'a Charge,
-    /// How it went on.
-    pub course: &'a ChargeCourse,
+    pub charge: Charge,
+    /// How it went on, what the auxiliaries got among it.
+    pub course: ChargeCourse,
     /// By how much the state of charge rose.
     pub rise: f64,
 }
@@ -66,10 +70,10 @@ impl Arrival {
         place: ChargingPlace,
         [wait_s, connection_s]: [f64; 2],
         efficiency: f64,
-        Charged { charge, course, rise }: Charged,
+        Charged { charge, course, rise }: &Charged,
     ) -> ChargingEvent {
         let begin_s = self.time_s + wait_s + 0.5 * connection_s;
-        let at_terminals_j = course.by_quarter_hour_j(self.departure_s + begin_s);
+        let clock_s = self.departure_s + begin_s;
         ChargingEvent {
             place,
             position_m: self.position_m,
@@ -80,11 +84,31 @@ impl Arrival {
             begin_charge: self.charge,
             end_charge: self.charge + rise,
             charged_energy_j: charge.gained_j,
-            grid_energy_j: charge.supplied_j / efficiency,
+            grid_energy_j: (charge.supplied_j + charge.carried_j) / efficiency,
             peak_power_w: course.peak_power_w() / efficiency,
-            quarter_hours_j: at_terminals_j.iter().map(|energy_j| energy_j / efficiency).collect(),
+            quarter_hours_j: at_meter_j(course, clock_s, efficiency),
         }
     }
+}
+
+/// What the meter counts in each quarter of an hour, in J, of a course that begins at a time of the clock,
+/// in s.
+fn at_meter_j(course: &ChargeCourse, clock_s: f64, efficiency: f64) -> Vec<f64> {
+    let at_plug_j = course.by_quarter_hour_j(clock_s);
+    at_plug_j.iter().map(|energy_j| energy_j / efficiency).collect()
+}
+
+/// A truck that is plugged in.
+#[derive(Clone, Debug)]
+struct Plugged {
+    /// What it has got so far.
+    course: ChargeCourse,
+    /// Begin of the charging by the clock, in s.
+    clock_s: f64,
+    efficiency: f64,
+    is_public: bool,
+    /// How long it takes to unplug it, in s.
+    unplugging_s: f64,
 }
 
 /// What a trip has charged so far.
@@ -118,6 +142,7 @@ pub(super) struct ChargingStops {
     pub progress: ChargingProgress,
     /// Each charging on the way.
     events: Vec<ChargingEvent>,
+    plugged: Option<Plugged>,
 }
 
 impl ChargingStops {
@@ -131,6 +156,7 @@ impl ChargingStops {
     pub(super) fn depart(&mut self) {
         self.planned.clear();
         self.events.clear();
+        self.plugged = None;
         self.progress = ChargingProgress::default();
     }
 
@@ -155,7 +181,7 @@ impl ChargingStops {
         if let (Some(charger), Some(public)) = (charger, &policy.public) {
             let stays = self.planned.contains(&position_m);
             let idle_s = charger.wait_s + policy.connection_s;
-            let longest_s = if stays { f64::INFINITY } else { standstill_s - idle_s };
+            let longest_s = if stays { LONGEST_STAY_S } else { standstill_s - idle_s };
             let power_w = at_terminals(charger.power_w);
             let end_at = if stays { public.end_at.min(enough) } else { public.end_at };
             let plug = Plug { power_w, curve, end_at, longest_s };
@@ -179,28 +205,50 @@ impl ChargingStops {
         self.planned.iter().any(|at_m| *at_m > from_m && *at_m <= to_m)
     }
 
-    /// Notes what was charged at a place; returns for how long the truck stands there, in s, where
-    /// it would have stood for some time without it.
-    pub(super) fn charged(
-        &mut self,
-        offer: &Offer,
-        charged: Charged,
-        arrival: Arrival,
-        standstill_s: f64,
-    ) -> f64 {
-        let charge = charged.charge;
+    /// Notes what was charged at a place; returns for how long the truck stands there at least, in s.
+    pub(super) fn charged(&mut self, offer: &Offer, charged: Charged, arrival: Arrival) -> f64 {
+        let Offer { is_public, wait_s, idle_s, efficiency, .. } = *offer;
+        let charge = &charged.charge;
         if charge.gained_j <= 0.0 {
-            return standstill_s;
+            return 0.0;
         }
-        let sums =
-            if offer.is_public { &mut self.progress.public } else { &mut self.progress.stop };
+        let stands_s = if offer.stays { idle_s + charge.time_s } else { 0.0 };
+        let sums = self.sums(is_public);
         sums.charge.add(charge);
         sums.stops += 1;
-        self.progress.wait_s += offer.wait_s;
-        let place = if offer.is_public { ChargingPlace::Public } else { ChargingPlace::Stop };
-        let waits_s = [offer.wait_s, offer.idle_s - offer.wait_s];
-        self.events.push(arrival.charged(place, waits_s, offer.efficiency, charged));
-        if offer.stays { standstill_s.max(offer.idle_s + charge.time_s) } else { standstill_s }
+        self.progress.wait_s += wait_s;
+        let place = if is_public { ChargingPlace::Public } else { ChargingPlace::Stop };
+        let event = arrival.charged(place, [wait_s, idle_s - wait_s], efficiency, &charged);
+        let clock_s = arrival.departure_s + event.begin_s;
+        let (course, unplugging_s) = (charged.course, idle_s - offer.before_s());
+        self.plugged = Some(Plugged { course, clock_s, efficiency, is_public, unplugging_s });
+        self.events.push(event);
+        stands_s
+    }
+
+    fn sums(&mut self, is_public: bool) -> &mut ChargedAt {
+        if is_public { &mut self.progress.public } else { &mut self.progress.stop }
+    }
+
+    /// How long it takes to unplug the truck, in s, where it is plugged in.
+    pub(super) fn unplugging_s(&self) -> Option<f64> {
+        self.plugged.as_ref().map(|plugged| plugged.unplugging_s)
+    }
+
+    /// The truck is unplugged after it was plugged in for some time more, in s, in which the charger gave
+    /// its auxiliaries an energy, in J.
+    pub(super) fn unplug(&mut self, time_s: f64, carried_j: f64) {
+        let Some(Plugged { mut course, clock_s, efficiency, is_public, .. }) = self.plugged.take()
+        else {
+            return;
+        };
+        if carried_j > 0.0 {
+            course.go_on(time_s, carried_j);
+            self.sums(is_public).charge.carried_j += carried_j;
+            let event = self.events.last_mut().expect("the truck has been charged");
+            event.grid_energy_j += carried_j / efficiency;
+            event.quarter_hours_j = at_meter_j(&course, clock_s, efficiency);
+        }
     }
 
     /// Fills in the columns of charging, a depot's after the trip among them: a truck that did not
@@ -213,12 +261,13 @@ impl ChargingStops {
         record: &mut Record,
     ) {
         let Some(charge) = record.final_charge else { return };
-        let at_meter_j = |charge: &Charge| charge.supplied_j / policy.efficiency;
+        let grid_j = |charge: &Charge| (charge.supplied_j + charge.carried_j) / policy.efficiency;
         let (public, stop) = (&self.progress.public.charge, &self.progress.stop.charge);
         record.charged_energy_public_j = Some(public.gained_j);
         record.charged_energy_stop_j = Some(stop.gained_j);
-        record.grid_energy_public_j = Some(at_meter_j(public));
-        record.grid_energy_stop_j = Some(at_meter_j(stop));
+        record.grid_energy_public_j = Some(grid_j(public));
+        record.grid_energy_stop_j = Some(grid_j(stop));
+        record.charger_auxiliary_energy_j = Some(public.carried_j + stop.carried_j);
         record.n_charging_stops = Some(self.progress.stops() as u32);
         record.charging_s = Some(public.time_s + stop.time_s);
         record.charging_wait_s = Some(self.progress.wait_s);
@@ -251,11 +300,12 @@ impl ChargingStops {
                 charge,
             };
             let waits_s = [0.0, policy.connection_s];
-            let charged = Charged { charge: &done, course: &course, rise };
-            events.push(arrival.charged(ChargingPlace::Depot, waits_s, policy.efficiency, charged));
+            let charged = Charged { charge: done, course, rise };
+            let place = ChargingPlace::Depot;
+            events.push(arrival.charged(place, waits_s, policy.efficiency, &charged));
         }
         record.charged_energy_depot_j = Some(done.gained_j);
-        record.grid_energy_depot_j = Some(at_meter_j(&done));
+        record.grid_energy_depot_j = Some(grid_j(&done));
         record.depot_charging_s = Some(done.time_s);
         let sums = [&mut record.charged_energy_j, &mut record.charging_loss_j];
         for (sum, added_j) in sums.into_iter().zip([done.gained_j, done.loss_j]) {
@@ -268,5 +318,10 @@ impl Offer<'_> {
     /// Whether a truck with this state of charge uses it.
     pub(super) fn is_used(&self, charge: f64) -> bool {
         charge < self.begin_below && self.plug.longest_s > 0.0
+    }
+
+    /// Time before the charging, in s: the wait, and half of the time for the plug.
+    pub(super) fn before_s(&self) -> f64 {
+        0.5 * (self.idle_s + self.wait_s)
     }
 }

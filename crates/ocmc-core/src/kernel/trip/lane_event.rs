@@ -90,22 +90,17 @@ impl LaneTask {
             self.look_at_temperature(lane, f64::INFINITY);
         }
         let standing = self.standing(row);
+        let load = standing.as_ref().and_then(|at| self.scenario.load_from(at.position_m)).copied();
+        self.work(lane, load.as_ref(), planned_s);
         let (dwell_s, rests) = match &standing {
             Some(standing) => self.stand(lane, standing, planned_s),
             None => (planned_s, false),
         };
+        let mut idles_s = (dwell_s - self.progress.stood_s).max(0.0);
+        idles_s -= self.stay_plugged(lane, idles_s);
         let added = &mut self.added_by_event;
         let (powertrain, model) = (lane.parameters.powertrain, lane.parameters.look_ahead);
         let (own, number) = (&mut lane.state.powertrain, lane.number);
-        let load = standing.as_ref().and_then(|at| self.scenario.load_from(at.position_m)).copied();
-        let mut idles_s = dwell_s;
-        if let Some(Load { part, .. }) = load.filter(|load| load.part.power_take_off_j() > 0.0) {
-            let works_s = part.power_take_off_s.min(dwell_s);
-            let power_w = part.power_take_off_w;
-            self.progress.power_take_off_j +=
-                powertrain.stand_working(own, number, works_s, power_w, added);
-            idles_s -= works_s;
-        }
         let stops_engine = model.engine_stop || rests;
         let delay_s = if stops_engine { model.engine_stop_delay_s } else { f64::INFINITY };
         powertrain.stand(own, number, idles_s.min(delay_s), added);
@@ -124,6 +119,25 @@ impl LaneTask {
         self.progress.checked_at_m = lane.state.ledger[Term::Distance][lane.number];
         if let Some(standing) = &standing {
             self.decide(lane, standing.position_m, row + 1);
+        }
+    }
+
+    /// The body of a truck works first, where it does, and no longer than the truck stands.
+    fn work<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        load: Option<&Load>,
+        planned_s: f64,
+    ) {
+        self.progress.stood_s = 0.0;
+        let Some(part) = load.map(|load| load.part) else { return };
+        if part.power_take_off_j() > 0.0 {
+            let (works_s, power_w) = (part.power_take_off_s.min(planned_s), part.power_take_off_w);
+            let (powertrain, own) = (lane.parameters.powertrain, &mut lane.state.powertrain);
+            let added = &mut self.added_by_event;
+            self.progress.power_take_off_j +=
+                powertrain.stand_working(own, lane.number, works_s, power_w, added);
+            self.progress.stood_s = works_s;
         }
     }
 

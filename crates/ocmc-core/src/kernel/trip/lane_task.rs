@@ -18,6 +18,8 @@ use crate::tactical::{SpeedProfile, plan_braking, plan_cut};
 pub(crate) struct Progress {
     pub gear: usize,
     pub standstill_s: f64,
+    /// What is over of a standstill, in s: work of the body, then charging.
+    pub stood_s: f64,
     pub n_stops: u32,
     pub n_gear_shifts: u32,
     /// What the truck carries behind the last stop, in kg; none where it is the payload of its

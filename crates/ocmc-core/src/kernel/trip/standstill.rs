@@ -1,5 +1,6 @@
 //! A truck at a line: the stops that its driver has decided on, where it stands, and for how long it
-//! charges and rests there.
+//! charges and rests there. What it draws it draws in the order of the clock: it waits for the charger,
+//! is plugged in and charged, stays plugged in as long as it stands, and is unplugged.
 
 use super::charging_stops::{Arrival, Charged};
 use super::lane_task::LaneTask;
@@ -83,7 +84,7 @@ impl LaneTask {
 
     /// Charges at a stop line, where that is worth while, while the truck stands for some time; returns
     /// for how long it does then, in s.
-    pub(super) fn charge<S: Simd, P: Powertrain>(
+    fn charge<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,
         at: &Standing,
@@ -95,23 +96,40 @@ impl LaneTask {
         };
         let (powertrain, number) = (lane.parameters.powertrain, lane.number);
         let own = &mut lane.state.powertrain;
-        let Some(charge) = powertrain.charge_of(own, number) else { return dwell_s };
-        let Some(offer) = stops.offer(policy, &self.scenario, at, dwell_s, enough) else {
-            return dwell_s;
-        };
-        let mut course = ChargeCourse::default();
-        let mut charged = || powertrain.charge(own, number, &offer.plug, &mut course);
-        let done = offer.is_used(charge).then(&mut charged).unwrap_or_default();
-        self.added_by_event[Term::Charged] += done.gained_j;
-        self.added_by_event[Term::ChargingLoss] += done.loss_j;
+        let Some(comes_with) = powertrain.charge_of(own, number) else { return dwell_s };
+        let worked_s = self.progress.stood_s;
+        let offer = stops.offer(policy, &self.scenario, at, dwell_s - worked_s, enough);
+        let Some(offer) = offer.filter(|offer| offer.is_used(comes_with)) else { return dwell_s };
+        powertrain.stand(own, number, offer.before_s(), &mut self.added_by_event);
         let arrival = Arrival {
             position_m: at.position_m,
-            time_s: lane.state.ledger[Term::Time][number] + self.progress.standstill_s,
+            time_s: lane.state.ledger[Term::Time][number] + self.progress.standstill_s + worked_s,
             departure_s: self.scenario.cycle.mission.departure_s,
-            charge,
+            charge: powertrain.charge_of(own, number).unwrap_or(comes_with),
         };
-        let rise = powertrain.rise(done.gained_j);
-        let charged = Charged { charge: &done, course: &course, rise };
-        stops.charged(&offer, charged, arrival, dwell_s)
+        let mut course = ChargeCourse::default();
+        let charge = powertrain.charge(own, number, &offer.plug, &mut course);
+        self.added_by_event[Term::Charged] += charge.gained_j;
+        self.added_by_event[Term::ChargingLoss] += charge.loss_j;
+        self.progress.stood_s += offer.before_s() + charge.time_s;
+        let rise = powertrain.rise(charge.gained_j);
+        let stands_s = stops.charged(&offer, Charged { charge, course, rise }, arrival);
+        dwell_s.max(worked_s + stands_s)
+    }
+
+    /// The truck stays plugged in as long as it stands, this time in s; returns for how long it does.
+    pub(super) fn stay_plugged<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        stands_s: f64,
+    ) -> f64 {
+        let Some(stops) = &mut self.charging else { return 0.0 };
+        let Some(unplugging_s) = stops.unplugging_s() else { return 0.0 };
+        let (powertrain, number) = (lane.parameters.powertrain, lane.number);
+        let own = &mut lane.state.powertrain;
+        let plugged_s = (stands_s - unplugging_s).max(0.0);
+        powertrain.stand(own, number, plugged_s, &mut self.added_by_event);
+        stops.unplug(plugged_s, powertrain.unplug(own, number));
+        plugged_s
     }
 }

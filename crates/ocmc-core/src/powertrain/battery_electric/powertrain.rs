@@ -36,6 +36,10 @@ pub struct BatteryState<S: Simd> {
     pub charge: Lanes<S>,
     /// Power of the auxiliaries, in W.
     pub auxiliary_power: Lanes<S>,
+    /// The most that a charger gives them at rest, in W, and what it has given since the truck was
+    /// charged, in J.
+    plug_power: Lanes<S>,
+    carried: Lanes<S>,
     /// What they can give and take now.
     pub(in crate::powertrain) limits: BatteryLimits<S>,
     /// Their temperatures, where they have any.
@@ -93,6 +97,36 @@ impl BatteryElectricPowertrain {
         [torque, terminals]
     }
 
+    /// Stands for some time, in s, while a power is drawn beside that of the auxiliaries, in W; returns for
+    /// how long there was energy for both.
+    fn stand_drawing<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        time_s: f64,
+        power_w: f64,
+        ledger: &mut Ledger<f64>,
+    ) -> f64 {
+        let taken_w = self.auxiliary_at_rest_w(state, lane) + power_w;
+        let carried_w = state.plug_power[lane].min(taken_w);
+        state.carried[lane] += carried_w * time_s;
+        let (charge, drawn_w) = (state.charge[lane], taken_w - carried_w);
+        let battery = &*self.battery_of(state, lane);
+        let flow = battery.flow(charge, drawn_w);
+        let drawn_s = battery.lasts_s(charge, flow.store_w, time_s);
+        ledger[Term::Battery] += flow.store_w * drawn_s;
+        ledger[Term::BatteryLoss] += flow.loss_w * drawn_s;
+        ledger[Term::Auxiliary] += drawn_w * drawn_s;
+        if battery.is_overdrawn(charge, drawn_w) {
+            ledger[Term::OutsideMap] += drawn_s;
+        }
+        let empties = drawn_s < time_s;
+        let after = charge - flow.store_w * drawn_s / battery.capacity_j;
+        state.charge[lane] = if empties { charge.min(battery.minimum_charge) } else { after };
+        self.stand_temperature(state, lane, [time_s, flow.loss_w * drawn_s]);
+        if carried_w < taken_w { drawn_s } else { time_s }
+    }
+
     #[cold]
     #[inline(never)]
     fn limited_torques<S: Simd>(
@@ -126,6 +160,21 @@ impl BatteryElectricPowertrain {
             record.drove_whole_trip(record.distance_m, consumption);
         }
     }
+}
+
+/// Charges a battery with what a charger has left beside the power of auxiliaries, in W.
+pub(super) fn charged_beside(
+    battery: &BatteryModel,
+    plug: &Plug,
+    auxiliary_w: f64,
+    charge: f64,
+    course: &mut ChargeCourse,
+) -> Charge {
+    let left = Plug { power_w: plug.power_w - auxiliary_w, ..*plug };
+    let mut charged = battery.charged_by(&left, charge, course);
+    charged.carried_j = auxiliary_w * charged.time_s;
+    course.raise(auxiliary_w);
+    charged
 }
 
 impl Powertrain for BatteryElectricPowertrain {
@@ -176,6 +225,8 @@ impl Powertrain for BatteryElectricPowertrain {
         BatteryState {
             charge: Lanes::splat(simd, f64::INFINITY),
             auxiliary_power: Lanes::splat(simd, 0.0),
+            plug_power: Lanes::splat(simd, 0.0),
+            carried: Lanes::splat(simd, 0.0),
             limits: BatteryLimits::of(simd, &self.model.battery),
             temperatures: Temperatures::none(simd),
         }
@@ -194,10 +245,10 @@ impl Powertrain for BatteryElectricPowertrain {
     ) {
         state.auxiliary_power[lane] = truck.auxiliary_power_w;
         state.charge[lane] = truck.initial_charge.unwrap_or(0.0);
+        self.unplug(state, lane);
         self.enter_temperature(state, lane, air_temperature_k);
     }
 
-    /// The auxiliaries draw.
     fn stand<S: Simd>(
         &self,
         state: &mut BatteryState<S>,
@@ -205,18 +256,7 @@ impl Powertrain for BatteryElectricPowertrain {
         time_s: f64,
         ledger: &mut Ledger<f64>,
     ) {
-        let power_w = self.standing_w(state, lane, time_s);
-        let battery = &*self.battery_of(state, lane);
-        let flow = battery.flow(state.charge[lane], power_w);
-        ledger[Term::Battery] += flow.store_w * time_s;
-        ledger[Term::BatteryLoss] += flow.loss_w * time_s;
-        ledger[Term::Auxiliary] += power_w * time_s;
-        if battery.is_overdrawn(state.charge[lane], power_w) {
-            ledger[Term::OutsideMap] += time_s;
-        }
-        let charge = state.charge[lane] - flow.store_w * time_s / battery.capacity_j;
-        state.charge[lane] = charge;
-        self.stand_temperature(state, lane, time_s, flow.loss_w);
+        self.stand_drawing(state, lane, time_s, 0.0, ledger);
     }
 
     /// The body draws from the battery, as the auxiliaries do.
@@ -228,17 +268,7 @@ impl Powertrain for BatteryElectricPowertrain {
         power_w: f64,
         ledger: &mut Ledger<f64>,
     ) -> f64 {
-        let [heated_w, own_w] = [state.auxiliary_power[lane], state.temperatures.auxiliary[lane]];
-        let raised_w = own_w + power_w;
-        state.auxiliary_power[lane] = heated_w + power_w;
-        state.temperatures.auxiliary[lane] = raised_w;
-        self.stand(state, lane, time_s, ledger);
-        // what heats and cools the battery may have changed meanwhile
-        let after_w = state.auxiliary_power[lane];
-        let is_same = after_w == heated_w + power_w;
-        state.auxiliary_power[lane] = if is_same { heated_w } else { own_w + (after_w - raised_w) };
-        state.temperatures.auxiliary[lane] = own_w;
-        power_w * time_s
+        power_w * self.stand_drawing(state, lane, time_s, power_w, ledger)
     }
 
     #[inline(always)]
@@ -355,12 +385,22 @@ impl Powertrain for BatteryElectricPowertrain {
         plug: &Plug,
         course: &mut ChargeCourse,
     ) -> Charge {
-        if self.model.battery.thermal.is_some() {
-            return self.charge_by_temperature(state, lane, plug, course);
-        }
-        let charge = self.model.battery.charged_by(plug, state.charge[lane], course);
+        let charge = if self.model.battery.thermal.is_some() {
+            self.charge_by_temperature(state, lane, plug, course)
+        } else {
+            let auxiliary_w = state.auxiliary_power[lane];
+            let battery = &self.model.battery;
+            charged_beside(battery, plug, auxiliary_w, state.charge[lane], course)
+        };
         state.charge[lane] += self.rise(charge.gained_j);
+        // a truck that gains nothing is not plugged in
+        state.plug_power[lane] = if charge.gained_j > 0.0 { plug.power_w } else { 0.0 };
         charge
+    }
+
+    fn unplug<S: Simd>(&self, state: &mut BatteryState<S>, lane: usize) -> f64 {
+        state.plug_power[lane] = 0.0;
+        std::mem::take(&mut state.carried[lane])
     }
 
     fn preconditions_from_m(&self) -> f64 {

@@ -2,7 +2,7 @@
 //! gained since they were looked at last warms them, and sets what they can give and take.
 
 use super::BatteryElectricPowertrain;
-use super::powertrain::BatteryState;
+use super::powertrain::{BatteryState, charged_beside};
 use crate::charging::ChargeCourse;
 use crate::energy::ledger::{Ledger, Term};
 use crate::lanes::Lanes;
@@ -34,10 +34,6 @@ pub(super) struct Temperatures<S: Simd> {
     /// Driving time, in s, and heat of the battery, in J, that have been seen.
     seen_s: Lanes<S>,
     seen_j: Lanes<S>,
-    /// What is left of the charging of this standstill, in s, and what heater and cooler take in it,
-    /// in J.
-    charging_s: Lanes<S>,
-    charging_j: Lanes<S>,
 }
 
 impl<S: Simd> Temperatures<S> {
@@ -52,23 +48,11 @@ impl<S: Simd> Temperatures<S> {
             taken: zero,
             seen_s: zero,
             seen_j: zero,
-            charging_s: zero,
-            charging_j: zero,
         }
-    }
-
-    /// How long the truck is charged in the next part of its standstill, in s, and what heater and
-    /// cooler take then, in J.
-    fn charged_in(&self, lane: usize, time_s: f64) -> [f64; 2] {
-        let (all_s, all_j) = (self.charging_s[lane], self.charging_j[lane]);
-        if all_s <= time_s {
-            return [all_s, all_j];
-        }
-        [time_s, all_j * time_s / all_s]
     }
 
     /// The columns.
-    pub(super) fn memory(&mut self) -> [&mut Lanes<S>; 9] {
+    pub(super) fn memory(&mut self) -> [&mut Lanes<S>; 7] {
         [
             &mut self.battery,
             &mut self.air,
@@ -77,8 +61,6 @@ impl<S: Simd> Temperatures<S> {
             &mut self.taken,
             &mut self.seen_s,
             &mut self.seen_j,
-            &mut self.charging_s,
-            &mut self.charging_j,
         ]
     }
 }
@@ -185,20 +167,20 @@ impl BatteryElectricPowertrain {
             let longest_s = SLICE_S.min(plug.longest_s - done.time_s);
             let slice = Plug { curve: curve.as_deref(), longest_s, ..*plug };
             let mut slice_course = ChargeCourse::default();
-            let battery = self.battery_of(state, lane);
-            let part = battery.charged_by(&slice, state.charge[lane], &mut slice_course);
+            // at a charger it is heated as ahead of one
+            let [electric_w, heat_w] = thermal.conditioning_w(temperature_k, true);
+            let auxiliary_w = state.temperatures.auxiliary[lane] + electric_w;
+            let charge = state.charge[lane] + done.gained_j / self.model.battery.capacity_j;
+            let battery = thermal.at(&self.model.battery, temperature_k, charge);
+            let part = charged_beside(&battery, &slice, auxiliary_w, charge, &mut slice_course);
             if !(part.time_s > 0.0) {
                 break;
             }
             course.append(&slice_course);
-            state.charge[lane] += part.gained_j / self.model.battery.capacity_j;
-            // at a charger it is heated as ahead of one
-            let [electric_w, heat_w] = thermal.conditioning_w(temperature_k, true);
             let flow_w = part.loss_j / part.time_s + heat_w;
             let now = &mut state.temperatures;
             now.battery[lane] = thermal.after_k(temperature_k, now.air[lane], flow_w, part.time_s);
-            now.charging_s[lane] += part.time_s;
-            now.charging_j[lane] += electric_w * part.time_s;
+            now.taken[lane] += electric_w * part.time_s;
             done.add(&part);
             if part.time_s < WHOLE * longest_s {
                 break;
@@ -207,42 +189,27 @@ impl BatteryElectricPowertrain {
         done
     }
 
-    /// Mean power of the auxiliaries over a part of a standstill, in W: heater and cooler run while
-    /// the truck is charged, which comes first.
-    pub(super) fn standing_w<S: Simd>(
-        &self,
-        state: &BatteryState<S>,
-        lane: usize,
-        time_s: f64,
-    ) -> f64 {
-        let now = &state.temperatures;
+    /// Power of the auxiliaries at rest, in W: heater and cooler run only while the truck is charged.
+    pub(super) fn auxiliary_at_rest_w<S: Simd>(&self, state: &BatteryState<S>, lane: usize) -> f64 {
         match self.thermal() {
-            Some(_) if time_s > 0.0 => {
-                now.auxiliary[lane] + now.charged_in(lane, time_s)[1] / time_s
-            }
-            Some(_) => now.auxiliary[lane],
+            Some(_) => state.temperatures.auxiliary[lane],
             None => state.auxiliary_power[lane],
         }
     }
 
-    /// The truck has stood for some time, in s, in which the auxiliaries warmed its battery.
+    /// The truck has stood for some time, in s, in which a heat of the battery, in J, warmed it.
     pub(super) fn stand_temperature<S: Simd>(
         &self,
         state: &mut BatteryState<S>,
         lane: usize,
-        time_s: f64,
-        loss_w: f64,
+        [time_s, loss_j]: [f64; 2],
     ) {
         let Some(thermal) = self.thermal() else { return };
         let now = &mut state.temperatures;
-        let [charging_s, charging_j] = now.charged_in(lane, time_s);
-        let idle_s = time_s - charging_s;
-        now.battery[lane] = thermal.after_k(now.battery[lane], now.air[lane], loss_w, idle_s);
-        now.taken[lane] += charging_j;
-        now.charging_s[lane] -= charging_s;
-        now.charging_j[lane] -= charging_j;
+        let loss_w = if time_s > 0.0 { loss_j / time_s } else { 0.0 };
+        now.battery[lane] = thermal.after_k(now.battery[lane], now.air[lane], loss_w, time_s);
         // it has been seen
-        now.seen_j[lane] += loss_w * time_s;
+        now.seen_j[lane] += loss_j;
         self.condition(state, lane, false);
     }
 

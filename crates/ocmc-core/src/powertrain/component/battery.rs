@@ -75,6 +75,13 @@ impl BatteryModel {
             self.minimum_charge,
             "below maximum_charge",
         );
+        let least = self.initial_charge.practical_range().0;
+        problems.require(
+            least > self.minimum_charge,
+            "initial_charge",
+            least,
+            "above minimum_charge, at which a truck stops; a law as well, by its `lower`",
+        );
         problems.part_if("ageing", self.ageing.as_ref(), AgeingModel::validate);
         problems.part_if("thermal", self.thermal.as_ref(), ThermalModel::validate);
     }
@@ -152,6 +159,13 @@ impl BatteryModel {
         let under = voltage * voltage - power_w * (limits.resistance * 4.0);
         let current = power_w * 2.0 / (voltage + under.max(0.0).sqrt());
         (voltage * current, current * current * limits.resistance)
+    }
+
+    /// For how long of a time, in s, a truck at rest draws from a store that loses a power, in W: it stops
+    /// at the lowest charge.
+    pub fn lasts_s(&self, charge: f64, store_w: f64, time_s: f64) -> f64 {
+        let left_j = (charge - self.minimum_charge).max(0.0) * self.capacity_j;
+        if store_w * time_s > left_j { left_j / store_w } else { time_s }
     }
 
     /// Whether a power at the terminals, in W, is more than the battery has at any current.

@@ -186,11 +186,13 @@ impl Powertrain for FuelCellPowertrain {
             let (charge, demand_w) = (state.battery.charge[lane], state.demand[lane]);
             let power_w = self.cell_power_w([charge, demand_w, auxiliary_w], state.tank[lane]);
             let flow = battery.flow(charge, auxiliary_w - power_w);
-            ledger[Term::Battery] += flow.store_w * slice_s;
-            ledger[Term::BatteryLoss] += flow.loss_w * slice_s;
-            ledger[Term::Auxiliary] += auxiliary_w * slice_s;
-            state.battery.charge[lane] -= flow.store_w * slice_s / battery.capacity_j;
-            state.tank[lane] -= self.book(power_w, state.factor[lane], slice_s, ledger);
+            // with an empty tank there may be nothing left to draw
+            let drawn_s = battery.lasts_s(charge, flow.store_w, slice_s);
+            ledger[Term::Battery] += flow.store_w * drawn_s;
+            ledger[Term::BatteryLoss] += flow.loss_w * drawn_s;
+            ledger[Term::Auxiliary] += auxiliary_w * drawn_s;
+            state.battery.charge[lane] -= flow.store_w * drawn_s / battery.capacity_j;
+            state.tank[lane] -= self.book(power_w, state.factor[lane], drawn_s, ledger);
             let [filtered, demand, dt] = [demand_w, auxiliary_w, slice_s].map(one);
             state.demand[lane] = self.model.split.followed_w(filtered, demand, dt)[0];
             left_s -= slice_s;
