@@ -73,7 +73,7 @@ fn policies() -> impl Strategy<Value = Policy> {
         (0.0..0.5).prop_map(|margin| Some(("next_charger", margin))),
     ];
     let power_w = prop_oneof![1e3..1e4, 5e4..1e6];
-    let stop = (prop_oneof![1500.0..2000.0, 2000.0..90_000.0], prop_oneof![1e3..1e4, 5e4..2e5]);
+    let stop = (prop_oneof![1500.0..2000.0, 2000.0..86_400.0], prop_oneof![1e3..1e4, 5e4..2e5]);
     let numbers = (0.0..0.4, 20e3..120e3, power_w, 0.45..1.0, 0.5..1.0);
     (base, enough, numbers, any::<bool>(), stop, any::<bool>(), 0_u64..1000).prop_map(
         |(base, enough, numbers, stops, (dwell_s, stop_power_w), rests, cycle_id)| {
