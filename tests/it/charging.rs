@@ -158,7 +158,8 @@ fn on_sampled_trips_the_charge_keeps_its_bounds_and_the_energy_its_balance() {
     }
 }
 
-/// A truck that is plugged in for a day draws nothing from its battery: the meter counts its auxiliaries.
+/// A truck that is plugged in for a day draws nothing from its battery: the meter counts its
+/// auxiliaries.
 #[test]
 fn a_charger_carries_the_auxiliaries_as_long_as_the_truck_is_plugged_in() {
     let stop = |power_w: f64| {

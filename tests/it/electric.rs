@@ -288,8 +288,8 @@ fn an_empty_battery_is_an_outcome_and_charging_at_a_stop_fills_it() {
     let charged = at_ramp(&study, 1800.0);
     assert_eq!(charged.outcome, Outcome::Completed);
     let gained = charged.charged_energy_j.unwrap();
-    // half an hour of 350 kW, less the auxiliaries and the heat: U/(U + R I) of it arrives, about 631 V and
-    // 533 A over 0.05 Ω
+    // half an hour of 350 kW, less the auxiliaries and the heat: U/(U + R I) of it arrives, about
+    // 631 V and 533 A over 0.05 Ω
     let auxiliary_w = charged.auxiliary_energy_j / charged.moving_s;
     let arrives = (350e3 - auxiliary_w) * 1800.0 * 631.0 / (631.0 + 0.05 * 533.0);
     assert!((gained / arrives - 1.0).abs() < 0.01, "{gained} {arrives}");

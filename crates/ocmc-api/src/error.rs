@@ -183,8 +183,8 @@ pub enum Error {
     /// A cycle without a bound.
     #[error(transparent)]
     Bound(#[from] BoundError),
-    /// Logs without a drive that lies on the road, or without an event that can be identified: where
-    /// the first one stands, and why it has no score or fit.
+    /// Logs without a drive that lies on the road, or without an event that can be identified:
+    /// where the first one stands, and why it has no score or fit.
     #[error("{0}: {1}")]
     NoDrive(String, String),
     /// A road on which no simulated trip arrives.

@@ -155,8 +155,7 @@ fn curve(points: &[CurvePoint]) -> String {
     let mut text = "\nTrip length and the trucks that arrive, with the 95 % interval\n".to_owned();
     for point in points.iter().step_by(points.len().div_ceil(CURVE_ROWS).max(1)) {
         let CurvePoint { distance_m, share, ci95 } = *point;
-        let range = |[low, high]: [f64; 2]| format!("{:.1} to {:.1}", 100.0 * low, 100.0 * high);
-        let range = ci95.map_or_else(String::new, range);
+        let range = format!("{:.1} to {:.1}", 100.0 * ci95[0], 100.0 * ci95[1]);
         let bar = "█".repeat((40.0 * share).round() as usize);
         let line =
             format!("{:>6} km {:>6.1} % {range:>14}  {bar}", km(Some(distance_m)), 100.0 * share);

@@ -117,7 +117,7 @@ pub(crate) fn road(arguments: &RoadArguments) -> Result<(), Failure> {
         steering: road.steering.steering()?,
         stops: !road.no_stops,
     };
-    let answer = shown(*quiet, |watch| ocmc_api::road(&request, &mut told(*quiet), watch))?;
+    let answer = shown(*quiet, |watch| ocmc_api::road(&request, &mut remarks(*quiet), watch))?;
     if !quiet {
         output::note(answer.text().trim_end());
     }
@@ -134,8 +134,8 @@ pub(crate) fn road(arguments: &RoadArguments) -> Result<(), Failure> {
     }
 }
 
-/// Tells what was left out of logs, but to who asked for quiet.
-fn told(quiet: bool) -> impl FnMut(&str) {
+/// Prints what was left out of logs, unless quiet was asked for.
+fn remarks(quiet: bool) -> impl FnMut(&str) {
     move |text| {
         if !quiet {
             warn(text);
@@ -170,7 +170,7 @@ pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
         plan: RunPlan::new(arguments.seed, 0, arguments.trips, work.threads, None),
         run_in_m: arguments.run_in,
     };
-    let mut told = told(work.answer.quiet);
-    let ask = |watch: &mut Watch| ocmc_api::validate(&request, &mut told, watch);
+    let mut remarks = remarks(work.answer.quiet);
+    let ask = |watch: &mut Watch| ocmc_api::validate(&request, &mut remarks, watch);
     work.write(ask, ValidateAnswer::save)
 }

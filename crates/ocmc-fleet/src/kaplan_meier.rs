@@ -11,17 +11,17 @@
 //! ψ_i² is Greenwood's sum Σ d_j / (Y_j (Y_j − d_j)).
 //!
 //! Intervals are those of a binomial law with as many observations as would give S its variance,
-//! n = (1 − S) / (S Var ln S), fewer by (t₀.₉₇₅(N−1) / t₀.₉₇₅(C−1))² where C clusters say less of the
-//! variance than N observations: exact where nothing is cut off and nothing depends on another, and
-//! right at the ends, where few events are. Before the first event n is what is at risk there, where
-//! all is gone what it was before. A quantile's interval holds the distances at which that of S holds
-//! the level: of a sample that nothing cuts off it is that of its order statistics, and a side that
-//! none of them bounds is open.
+//! n = (1 − S) / (S Var ln S), fewer by (t₀.₉₇₅(N−1) / t₀.₉₇₅(C−1))² where C clusters say less of
+//! the variance than N observations: exact where nothing is cut off and nothing depends on another,
+//! and right at the ends, where few events are. Before the first event n is what is at risk there,
+//! where all is gone what it was before. A quantile's interval holds the distances at which that of
+//! S holds the level: of a sample that nothing cuts off it is that of its order statistics, and a
+//! side that none of them bounds is open.
 //!
 //! Sources: E. L. Kaplan, P. Meier, *Nonparametric Estimation from Incomplete Observations*, J. Am.
 //! Stat. Assoc. 53 (1958); J. P. Klein, M. L. Moeschberger, *Survival Analysis*, 2nd ed. (2003),
-//! sections 4.2, 4.3 and 4.5 \[PK\]; E. L. Korn, B. I. Graubard, *Confidence Intervals for Proportions
-//! with Small Expected Number of Positive Counts*, Survey Methodology 24 (1998) \[PK\].
+//! sections 4.2, 4.3 and 4.5 \[PK\]; E. L. Korn, B. I. Graubard, *Confidence Intervals for
+//! Proportions with Small Expected Number of Positive Counts*, Survey Methodology 24 (1998) \[PK\].
 
 use super::quantile::{TAIL, binomial_tails};
 use super::ratio::student_975;
@@ -128,13 +128,13 @@ impl Survival {
         self.points.partition_point(|point| point.distance_m <= distance_m).checked_sub(1)
     }
 
-    /// Of how many observations so many events are that say as much of the share at a distance behind a
-    /// point.
+    /// Of how many observations so many events are that say as much of the share at a distance
+    /// behind a point.
     fn counted(&self, place: Option<usize>, distance_m: f64) -> (usize, usize) {
         let observations = self.observations.len() as f64;
         let by_cluster = self.clusters / observations;
         let Some(place) = place else {
-            let at_risk = self.observations.iter().filter(|o| o.distance_m > distance_m).count();
+            let at_risk = self.observations.iter().filter(|o| o.distance_m >= distance_m).count();
             return (libm::floor(at_risk as f64 * by_cluster).max(1.0) as usize, 0);
         };
         let point = &self.points[place];
@@ -195,9 +195,7 @@ impl Survival {
             binomial_tails(n, 1.0 - share, gone).map(|tail| tail > TAIL)
         };
         let first_m = self.points.first().map_or(self.last_m, |point| point.distance_m);
-        let before_first = self.observations.iter().map(|o| o.distance_m);
-        let before_m = before_first.filter(|at_m| *at_m < first_m).fold(0.0, f64::max);
-        let is_open = few(None, before_m)[0];
+        let is_open = few(None, first_m)[0];
         let low = if is_open { None } else { self.first(|k, at_m| few(Some(k), at_m)[0]) };
         [low, self.first(|k, at_m| !few(Some(k), at_m)[1])]
     }
@@ -260,6 +258,10 @@ mod tests {
         let [before, behind] = [0.5, 5.0].map(|at| survival.ci95(at).expect("known"));
         assert!((before[0] - bound).abs() < 1e-9 && before[1] == 1.0, "{before:?}");
         assert!(behind[0] == 0.0 && behind[1] > 0.4, "{behind:?}");
+        // whose trip ends at a distance was followed up to there
+        let arrived = Survival::new(observations(&[(7.0, false); 6])).expect("six");
+        assert!((arrived.ci95(7.0).expect("known")[0] - bound).abs() < 1e-9);
+        assert_eq!(arrived.quantile_ci95(0.5), [None, None]);
         assert!(Survival::new(Vec::new()).is_none());
     }
 

@@ -118,8 +118,8 @@ pub struct NamedQuantity<'a> {
 /// One of the [`QUANTITIES`].
 pub type RecordQuantity = NamedQuantity<'static>;
 
-/// Quantities of the [`QUANTITIES`] that may be below zero: downhill a battery may gain, and the wheels
-/// brake.
+/// Quantities of the [`QUANTITIES`] that may be below zero: downhill a battery may gain, and the
+/// wheels brake.
 const MAY_BE_NEGATIVE: [&str; 8] = [
     CHARGED,
     CARRIERS[Carrier::Electricity as usize].per_tonne.name,

@@ -73,7 +73,7 @@ pub struct ArrivingRange {
     pub share: f64,
     /// The length, in m; none where the trips that are known are too short to tell.
     pub range_m: Option<f64>,
-    /// Its 95 % interval; an end is none where it is beyond what is known.
+    /// Its 95 % interval; an end is none where no trip bounds it.
     pub ci95_m: [Option<f64>; 2],
 }
 
@@ -85,7 +85,7 @@ pub struct CurvePoint {
     /// The share.
     pub share: f64,
     /// Its 95 % interval.
-    pub ci95: Option<[f64; 2]>,
+    pub ci95: [f64; 2],
 }
 
 /// A group of trips.
@@ -155,7 +155,7 @@ pub fn summarise(trips: &[RangeTrip], dependence: Dependence) -> Option<RangeSum
     let curve = (0..=points).filter_map(|k| {
         let distance_m = k as f64 * step_m;
         let share = all.share(distance_m)?;
-        Some(CurvePoint { distance_m, share, ci95: all.ci95(distance_m) })
+        Some(CurvePoint { distance_m, share, ci95: all.ci95(distance_m)? })
     });
     let group = |name: String, is: &dyn Fn(&RangeTrip) -> bool| {
         let own: Vec<RangeTrip> = trips.iter().copied().filter(|trip| is(trip)).collect();

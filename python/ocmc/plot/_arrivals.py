@@ -28,7 +28,7 @@ def arrivals(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     Examples
     --------
     >>> import ocmc
-    >>> curve = [{"distance_m": 0.0, "share": 1.0, "ci95": None}]
+    >>> curve = [{"distance_m": 0.0, "share": 1.0, "ci95": [0.9, 1.0]}]
     >>> answer = {"source": "mine", "curve": curve, "arriving": []}
     >>> ocmc.plot.arrivals(answer).get_xlabel()
     'length of the trip, km'
@@ -37,7 +37,7 @@ def arrivals(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     points = answer["curve"]
     km = [point["distance_m"] / 1000.0 for point in points]
     percent = [100.0 * point["share"] for point in points]
-    bands = [point["ci95"] or [point["share"]] * 2 for point in points]
+    bands = [point["ci95"] for point in points]
     low, high = ([100.0 * band[end] for band in bands] for end in (0, 1))
     ax.fill_between(km, low, high, alpha=0.25, linewidth=0.0)
     ax.plot(km, percent, label=answer["source"])

@@ -8,8 +8,8 @@ use ocmc_estimation::fit::speed_change::SpeedChangeFit;
 
 /// How a number is read off the fits of one repetition.
 type OfFits = fn(&CurveSpeedFit, &SpeedChangeFit) -> Option<f64>;
-/// A printed number: its table and its quantity with the unit, for people, the number, and how it is
-/// read off.
+/// A printed number: its table and its quantity with the unit, for people, the number, and how it
+/// is read off.
 pub(super) type Printed = (&'static str, &'static str, f64, OfFits);
 
 fn f_of(fit: &CurveSpeedFit, term: &str) -> Option<f64> {

@@ -393,8 +393,8 @@ pub trait Powertrain {
         _accelerator: f64,
     ) {
     }
-    /// Stands for some time, in s. From a battery its auxiliaries draw down to the lowest charge, and
-    /// nothing while a charger carries them.
+    /// Stands for some time, in s. From a battery its auxiliaries draw down to the lowest charge,
+    /// and nothing while a charger carries them.
     fn stand<S: Simd>(
         &self,
         state: &mut Self::State<S>,
@@ -507,8 +507,8 @@ pub trait Powertrain {
     fn rise(&self, _gained_j: f64) -> f64 {
         0.0
     }
-    /// Charges one lane at rest, whose auxiliaries the charger carries first; nothing where nothing can
-    /// be charged. The truck stays plugged in.
+    /// Charges one lane at rest, whose auxiliaries the charger carries first; nothing where nothing
+    /// can be charged. The truck stays plugged in.
     fn charge<S: Simd>(
         &self,
         _state: &mut Self::State<S>,
@@ -518,7 +518,8 @@ pub trait Powertrain {
     ) -> Charge {
         Charge::default()
     }
-    /// Unplugs one lane; returns what the charger has given its auxiliaries since it was charged, in J.
+    /// Unplugs one lane; returns what the charger has given its auxiliaries since it was charged,
+    /// in J.
     fn unplug<S: Simd>(&self, _state: &mut Self::State<S>, _lane: usize) -> f64 {
         0.0
     }

@@ -132,14 +132,14 @@ fn departs_above(model: &StudyModel, charging: &ChargingPolicy, problems: &mut P
     }
 }
 
-/// The last step before a truck stops draws what its battery holds: at the highest power half of what the
-/// store loses comes out.
+/// The last step before a truck stops draws what its battery holds: at the highest power half of
+/// what the store loses comes out.
 fn draws_within(model: &StudyModel, problems: &mut Problems) {
     let Some((key, battery)) = model.vehicle.powertrain.battery() else { return };
     let step_j = 2.0 * battery.discharge_power_w * model.simulation.step_s;
-    let least = step_j / battery.aged().capacity_j;
-    let allowed =
-        format!("at least {least:.6}: what the last step before it can take of the store");
+    // as it is printed, so that what is printed is allowed
+    let least = libm::ceil(1e6 * step_j / battery.aged().capacity_j) / 1e6;
+    let allowed = format!("at least {least}: what the last step before it can take of the store");
     problems.part(&format!("vehicle.powertrain.{key}"), |problems| {
         let holds = battery.minimum_charge >= least;
         problems.require(holds, "minimum_charge", battery.minimum_charge, &allowed);

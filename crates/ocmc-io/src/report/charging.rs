@@ -108,12 +108,8 @@ fn range(run: &Reported) -> String {
                 records. <code>ocmc range --study …</code> drives them until they are empty.</p>\n"
             .to_owned();
     }
-    let points: Vec<(f64, f64, [f64; 2])> = curve
-        .iter()
-        .map(|point| {
-            (point.distance_m / 1000.0, point.share, point.ci95.unwrap_or([point.share; 2]))
-        })
-        .collect();
+    let points: Vec<(f64, f64, [f64; 2])> =
+        curve.iter().map(|point| (point.distance_m / 1000.0, point.share, point.ci95)).collect();
     format!(
         "<figure>{}<figcaption>Share of the trucks that are not empty yet over the distance, charging on the \
          way included, with its 95 % interval (Kaplan and Meier: a trip that arrives tells only that its truck \

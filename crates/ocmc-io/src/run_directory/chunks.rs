@@ -131,8 +131,8 @@ impl Chunks {
         self.place(ready.max(self.under_way.len().saturating_sub(self.side_by_side)))
     }
 
-    /// Gives the first chunks under way, as many as there are up to a count, their places, once they
-    /// are written. Returns how many took their place.
+    /// Gives the first chunks under way, as many as there are up to a count, their places, once
+    /// they are written. Returns how many took their place.
     pub(super) fn place(&mut self, count: usize) -> Result<u64, RunDirectoryError> {
         let (mut lines, mut paths) = (Vec::new(), Vec::new());
         while lines.len() < count

@@ -2,8 +2,8 @@
 //! of.
 //!
 //! A study inherits another by `study.base`, a vehicle by `vehicle.base`; both are a built-in name
-//! or a file beside the one that names it; a vehicle may be another program's, too. What is inherited
-//! loses the paths in `study.drop`, then the study's own keys are laid over it.
+//! or a file beside the one that names it; a vehicle may be another program's, too. What is
+//! inherited loses the paths in `study.drop`, then the study's own keys are laid over it.
 
 use super::builtin::{Kind, STUDY, Text, VEHICLE, read};
 use super::error::{Cause, Fault};

@@ -8,8 +8,8 @@ use crate::powertrain::{Charge, Plug};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
 
-/// The longest for which a truck stays to be charged, in s: a daily rest (judgement). A charger that gives
-/// next to nothing does not hold it for ever.
+/// The longest for which a truck stays to be charged, in s: a daily rest (judgement). A charger
+/// that gives next to nothing does not hold it for ever.
 const LONGEST_STAY_S: f64 = 39_600.0;
 
 /// What charging at one kind of place did.
@@ -91,8 +91,8 @@ impl Arrival {
     }
 }
 
-/// What the meter counts in each quarter of an hour, in J, of a course that begins at a time of the clock,
-/// in s.
+/// What the meter counts in each quarter of an hour, in J, of a course that begins at a time of the
+/// clock, in s.
 fn at_meter_j(course: &ChargeCourse, clock_s: f64, efficiency: f64) -> Vec<f64> {
     let at_plug_j = course.by_quarter_hour_j(clock_s);
     at_plug_j.iter().map(|energy_j| energy_j / efficiency).collect()
@@ -205,7 +205,8 @@ impl ChargingStops {
         self.planned.iter().any(|at_m| *at_m > from_m && *at_m <= to_m)
     }
 
-    /// Notes what was charged at a place; returns for how long the truck stands there at least, in s.
+    /// Notes what was charged at a place; returns for how long the truck stands there at least, in
+    /// s.
     pub(super) fn charged(&mut self, offer: &Offer, charged: Charged, arrival: Arrival) -> f64 {
         let Offer { is_public, wait_s, idle_s, efficiency, .. } = *offer;
         let charge = &charged.charge;
@@ -235,8 +236,8 @@ impl ChargingStops {
         self.plugged.as_ref().map(|plugged| plugged.unplugging_s)
     }
 
-    /// The truck is unplugged after it was plugged in for some time more, in s, in which the charger gave
-    /// its auxiliaries an energy, in J.
+    /// The truck is unplugged after it was plugged in for some time more, in s, in which the
+    /// charger gave its auxiliaries an energy, in J.
     pub(super) fn unplug(&mut self, time_s: f64, carried_j: f64) {
         let Some(Plugged { mut course, clock_s, efficiency, is_public, .. }) = self.plugged.take()
         else {

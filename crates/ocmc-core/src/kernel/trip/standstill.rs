@@ -1,6 +1,6 @@
-//! A truck at a line: the stops that its driver has decided on, where it stands, and for how long it
-//! charges and rests there. What it draws it draws in the order of the clock: it waits for the charger,
-//! is plugged in and charged, stays plugged in as long as it stands, and is unplugged.
+//! A truck at a line: the stops that its driver has decided on, where it stands, and for how long
+//! it charges and rests there. What it draws it draws in the order of the clock: it waits for the
+//! charger, is plugged in and charged, stays plugged in as long as it stands, and is unplugged.
 
 use super::charging_stops::{Arrival, Charged};
 use super::lane_task::LaneTask;
@@ -117,7 +117,8 @@ impl LaneTask {
         dwell_s.max(worked_s + stands_s)
     }
 
-    /// The truck stays plugged in as long as it stands, this time in s; returns for how long it does.
+    /// The truck stays plugged in as long as it stands, this time in s; returns for how long it
+    /// does.
     pub(super) fn stay_plugged<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,

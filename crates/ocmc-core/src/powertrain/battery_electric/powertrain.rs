@@ -97,8 +97,8 @@ impl BatteryElectricPowertrain {
         [torque, terminals]
     }
 
-    /// Stands for some time, in s, while a power is drawn beside that of the auxiliaries, in W; returns for
-    /// how long there was energy for both.
+    /// Stands for some time, in s, while a power is drawn beside that of the auxiliaries, in W;
+    /// returns for how long there was energy for both.
     fn stand_drawing<S: Simd>(
         &self,
         state: &mut BatteryState<S>,
@@ -124,7 +124,7 @@ impl BatteryElectricPowertrain {
         let after = charge - flow.store_w * drawn_s / battery.capacity_j;
         state.charge[lane] = if empties { charge.min(battery.minimum_charge) } else { after };
         self.stand_temperature(state, lane, [time_s, flow.loss_w * drawn_s]);
-        if carried_w < taken_w { drawn_s } else { time_s }
+        drawn_s
     }
 
     #[cold]

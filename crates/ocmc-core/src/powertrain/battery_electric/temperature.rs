@@ -189,7 +189,8 @@ impl BatteryElectricPowertrain {
         done
     }
 
-    /// Power of the auxiliaries at rest, in W: heater and cooler run only while the truck is charged.
+    /// Power of the auxiliaries at rest, in W: heater and cooler run only while the truck is
+    /// charged.
     pub(super) fn auxiliary_at_rest_w<S: Simd>(&self, state: &BatteryState<S>, lane: usize) -> f64 {
         match self.thermal() {
             Some(_) => state.temperatures.auxiliary[lane],

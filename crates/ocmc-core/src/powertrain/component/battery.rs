@@ -161,8 +161,8 @@ impl BatteryModel {
         (voltage * current, current * current * limits.resistance)
     }
 
-    /// For how long of a time, in s, a truck at rest draws from a store that loses a power, in W: it stops
-    /// at the lowest charge.
+    /// For how long of a time, in s, a truck at rest draws from a store that loses a power, in W:
+    /// it stops at the lowest charge.
     pub fn lasts_s(&self, charge: f64, store_w: f64, time_s: f64) -> f64 {
         let left_j = (charge - self.minimum_charge).max(0.0) * self.capacity_j;
         if store_w * time_s > left_j { left_j / store_w } else { time_s }

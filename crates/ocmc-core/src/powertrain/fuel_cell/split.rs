@@ -2,12 +2,12 @@
 //!
 //! P = min(max(F + E/T (s* − s), 0), P_max, A + C), where F is the electric demand of motor and
 //! auxiliaries behind a first-order filter of time constant τ, E the battery's energy, s its charge
-//! and s* the target, T the time in which a deviation is brought back, A the power of the auxiliaries
-//! and C what the battery takes at most. It is decided at the start of a step and held over it. With a
-//! steady demand the deviation of the charge decays with T and nothing overshoots, as F does not
-//! depend on the charge. The battery gives less near its lowest charge: above the cell's power a
-//! truck slows on a long climb, and goes on. Derived, in place of VECTO's window over the whole finished
-//! trip, which no truck can know.
+//! and s* the target, T the time in which a deviation is brought back, A the power of the
+//! auxiliaries and C what the battery takes at most. It is decided at the start of a step and held
+//! over it. With a steady demand the deviation of the charge decays with T and nothing overshoots,
+//! as F does not depend on the charge. The battery gives less near its lowest charge: above the
+//! cell's power a truck slows on a long climb, and goes on. Derived, in place of VECTO's window
+//! over the whole finished trip, which no truck can know.
 
 use crate::lanes::{Lanes, clip};
 use crate::powertrain::component::battery::{BatteryLimits, BatteryModel};
