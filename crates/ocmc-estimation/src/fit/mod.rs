@@ -7,6 +7,7 @@ pub mod absorbed;
 pub mod analysis_of_variance;
 pub mod anderson_darling;
 mod autocorrelated;
+mod cluster_robust;
 mod compensated_sum;
 pub mod curve_speed;
 mod descent;

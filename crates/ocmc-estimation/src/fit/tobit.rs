@@ -24,6 +24,7 @@
 //! model, Econometrica 46 (1978), 1211-1215 \[PK\]; D. R. Cox, N. Reid, Journal of the Royal
 //! Statistical Society B 49 (1987) \[PK\]; W. Greene, Econometric Reviews 23 (2004) \[PK\].
 
+use super::cluster_robust::{Cluster, ClusterMoves, ClusteredError};
 use super::compensated_sum::CompensatedSum;
 use super::p_value::{ln_normal_tail, normal_hazard};
 use nalgebra::{DMatrix, DVector};
@@ -67,15 +68,16 @@ pub struct TobitFit {
     pub own_variances: Vec<f64>,
     /// Variance of the unweighted mean of the levels.
     pub mean_level_variance: f64,
-    /// The same with rows of one group taken as one observation, times G/(G − 1): that for the
-    /// groups that these stand for.
-    pub clustered_mean_level_variance: f64,
+    /// The same with rows of one group taken as one observation: that for the groups that these
+    /// stand for. None with one group.
+    pub(super) clustered_mean_level_variance: Option<f64>,
     /// Coefficients β.
     pub coefficients: Vec<f64>,
     /// Their covariance, from the curvature of the log-likelihood.
     pub covariance: DMatrix<f64>,
-    /// Their covariance with rows of one group taken as one observation, times G/(G − 1).
-    pub clustered_covariance: DMatrix<f64>,
+    /// The error of the first of them with rows of one group taken as one observation; none with
+    /// one group.
+    pub(super) clustered: Option<ClusteredError>,
     /// Corrected σ.
     pub sigma: f64,
     /// Its standard error.
@@ -130,6 +132,8 @@ struct Derivatives {
     diagonal: Vec<f64>,
     border: DMatrix<f64>,
     corner: DMatrix<f64>,
+    /// The part of A of each group's rows, a row a group, entry by entry.
+    group_corners: DMatrix<f64>,
     /// Gradient by the common parameters of each group's rows, a row a group.
     group_gradients: DMatrix<f64>,
 }
@@ -147,6 +151,20 @@ impl Derivatives {
             }
         }
         left
+    }
+
+    /// The information and the gradient of a group's rows by the common parameters, its own level
+    /// eliminated.
+    fn cluster(&self, group: usize) -> Cluster {
+        let (border, diagonal) = (self.border.row(group).transpose(), self.diagonal[group]);
+        let width = border.len();
+        let corner = self.group_corners.row(group);
+        let corner = DMatrix::from_row_iterator(width, width, corner.iter().copied());
+        Cluster {
+            information: corner - &border * border.transpose() / diagonal,
+            score: self.group_gradients.row(group).transpose()
+                - border * (self.of_levels[group] / diagonal),
+        }
     }
 
     /// Newton's step of the levels and the first `count` common parameters, and its squared length
@@ -291,7 +309,7 @@ fn derivatives<const X: usize>(rows: &[TobitRow<X>], place: &Place) -> Derivativ
     let mut of_common = vec![CompensatedSum::default(); X + 1];
     let mut diagonal = vec![0.0; groups];
     let mut border = DMatrix::zeros(groups, X + 1);
-    let mut corner = DMatrix::zeros(X + 1, X + 1);
+    let mut group_corners = DMatrix::<f64>::zeros(groups, (X + 1) * (X + 1));
     let mut group_gradients = DMatrix::<f64>::zeros(groups, X + 1);
     let log_h = libm::log(h);
     // a row's predictors, and -y for h
@@ -312,18 +330,18 @@ fn derivatives<const X: usize>(rows: &[TobitRow<X>], place: &Place) -> Derivativ
             of_common[a].add(along);
             group_gradients[(row.group, a)] += along;
             border[(row.group, a)] += bend * entries[a];
-            for b in 0..=a {
-                corner[(a, b)] += bend * entries[a] * entries[b];
+            for b in 0..=X {
+                group_corners[(row.group, a * (X + 1) + b)] += bend * entries[a] * entries[b];
             }
         }
         if !row.cut {
             value.add(log_h);
             of_common[X].add(1.0 / h);
             group_gradients[(row.group, X)] += 1.0 / h;
-            corner[(X, X)] += 1.0 / (h * h);
+            group_corners[(row.group, (X + 1) * (X + 1) - 1)] += 1.0 / (h * h);
         }
     }
-    corner.fill_upper_triangle_with_lower_triangle();
+    let corner = DMatrix::from_row_iterator(X + 1, X + 1, group_corners.row_sum().iter().copied());
     Derivatives {
         value: value.sum(),
         of_levels: of_levels.iter().map(CompensatedSum::sum).collect(),
@@ -331,6 +349,7 @@ fn derivatives<const X: usize>(rows: &[TobitRow<X>], place: &Place) -> Derivativ
         diagonal,
         border,
         corner,
+        group_corners,
         group_gradients,
     }
 }
@@ -354,18 +373,13 @@ fn summary<const X: usize>(
     }
     map[(X, X)] = -of_maximum * of_maximum;
     let all = &map * &inverse * map.transpose() * larger;
-    let mut products = DMatrix::zeros(X + 1, X + 1);
     let (mut own_variances, mut level_variances) = (Vec::new(), Vec::new());
     let (mut own, mut together) = (0.0, DVector::zeros(X + 1));
-    let mut pulls = Vec::with_capacity(groups);
+    let mut clusters = Vec::with_capacity(groups);
     for group in 0..groups {
         let border = here.border.row(group).transpose();
         let diagonal = here.diagonal[group];
-        // what a group's rows do to the common parameters, its own level eliminated
-        let pull = here.group_gradients.row(group).transpose()
-            - &border * (here.of_levels[group] / diagonal);
-        products += &pull * pull.transpose();
-        pulls.push(pull);
+        clusters.push(here.cluster(group));
         // what an error of the common parameters does to the level
         let mut follows = -of_maximum / diagonal * border;
         follows[X] -= best.levels[group] * of_maximum * of_maximum;
@@ -376,16 +390,18 @@ fn summary<const X: usize>(
         together += follows;
     }
     let count = groups as f64;
+    let moves = (groups > 1).then(|| ClusterMoves::of(&clusters)).flatten();
+    let clustered = moves.as_ref().map(|moves| moves.error_of(&map.row(0).transpose()));
     let mean_level = best.levels.iter().sum::<f64>() / count;
     // by its own level, and by what it does to the others through the common parameters
-    let through = &inverse * &together / count;
-    let moves = best.levels.iter().zip(&pulls).map(|(level, pull)| {
-        let moved = (level - mean_level) * of_maximum / count + through.dot(pull);
-        moved * moved
+    let clustered_mean_level_variance = moves.map(|moves| {
+        let parts = best.levels.iter().zip(&moves.moves).map(|(level, moved)| {
+            let own = (level - mean_level) * of_maximum * libm::sqrt(count / (count - 1.0));
+            (own + together.dot(moved)) / count
+        });
+        parts.map(|part| part * part).sum()
     });
-    let clustered_mean_level_variance = moves.sum::<f64>() * count / (count - 1.0);
     let shared = (&inverse * &together).dot(&together) * larger;
-    let clustered = &map * (&inverse * products * &inverse) * map.transpose();
     Some(TobitFit {
         levels: best.levels.iter().map(|level| level * of_maximum).collect(),
         level_variances,
@@ -394,7 +410,7 @@ fn summary<const X: usize>(
         clustered_mean_level_variance,
         coefficients: (0..X).map(|j| best.common[j] * of_maximum).collect(),
         covariance: all.view((0, 0), (X, X)).into_owned(),
-        clustered_covariance: clustered.view((0, 0), (X, X)) * (count / (count - 1.0)),
+        clustered,
         sigma,
         sigma_standard_error: libm::sqrt(all[(X, X)]),
         sigma_of_maximum: of_maximum,

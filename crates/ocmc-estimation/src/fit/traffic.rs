@@ -9,12 +9,14 @@
 //! would have their noise.
 //!
 //! Standard errors are those of the estimating equations with the days of a site as observations
-//! (sandwich), so that they do not depend on how the deviations remember within a day.
+//! (`cluster_robust.rs`), so that they do not depend on how the deviations remember within a day:
+//! half of a 95 % interval over 1.96, which few days widen.
 
+use super::cluster_robust::{Cluster, ClusterMoves};
 use super::study_parameter::{Estimates, StudyParameterFit, reasons};
 use super::traffic_speed::{Speed, SpeedFit, Speeds, pairs};
 use crate::moments::correlation;
-use nalgebra::DMatrix;
+use nalgebra::DVector;
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -82,7 +84,7 @@ pub(super) const SEEN: [f64; 2] = [0.25, 0.75];
 /// Rounds after which Gauss and Newton's method is given up.
 const MOST_ROUNDS: usize = 100;
 /// Fewest days of sites from which standard errors are worked out.
-const FEWEST_DAYS: usize = 5;
+pub(super) const FEWEST_DAYS: usize = 5;
 const DAY_S: f64 = 86_400.0;
 
 /// Fits the traffic model. `base` gives what the records do not determine: hours and widths of the
@@ -205,12 +207,13 @@ fn fit_measured(
         let sd = (known.iter().map(|k| deviations[*k] * deviations[*k]).sum::<f64>()
             / known.len() as f64)
             .sqrt();
-        let mut sums = vec![vec![0.0]; count_of_days];
+        let mut clusters = vec![Cluster::nothing(1); count_of_days];
         for k in &known {
-            sums[days[*k]][0] += deviations[*k] * deviations[*k] - sd * sd;
+            let day = &mut clusters[days[*k]];
+            day.score[0] += deviations[*k] * deviations[*k] - sd * sd;
+            day.information[(0, 0)] += 2.0 * sd;
         }
-        let slope = DMatrix::from_element(1, 1, 2.0 * sd * known.len() as f64);
-        let error = day_covariance(&slope, &sums).map(|variance| variance[(0, 0)].sqrt());
+        let error = day_errors(clusters).map(|errors| errors[0]);
         estimates.set("logit_sd", &mut model.logit_sd, sd, error, known.len());
         match step_correlation(records, &deviations, &days, base.step_s) {
             Some((phi, error, pairs)) => {
@@ -238,26 +241,20 @@ fn days(records: &[TrafficRecord]) -> Vec<usize> {
     records.iter().map(of).collect()
 }
 
-/// Covariance of estimates at which the sum over days of their equations is zero: J⁻¹ (G/(G − 1) Σ
-/// g gᵀ) J⁻ᵀ with J the derivative of the sum; none with too few days.
-pub(super) fn day_covariance(jacobian: &DMatrix<f64>, days: &[Vec<f64>]) -> Option<DMatrix<f64>> {
-    let size = jacobian.nrows();
-    let used = days.iter().filter(|day| day.iter().any(|sum| *sum != 0.0)).count();
-    if used < FEWEST_DAYS {
+/// Standard errors of estimates whose equations these days sum up to, each for its own; none with
+/// too few days.
+fn day_errors(mut days: Vec<Cluster>) -> Option<Vec<f64>> {
+    days.retain(|day| day.information.iter().any(|entry| *entry != 0.0));
+    if days.len() < FEWEST_DAYS {
         return None;
     }
-    let mut middle = DMatrix::zeros(size, size);
-    for day in days {
-        for a in 0..size {
-            for b in 0..size {
-                middle[(a, b)] += day[a] * day[b];
-            }
-        }
-    }
-    let inverse = jacobian.clone().try_inverse()?;
-    let used = used as f64;
-    let covariance = &inverse * middle * inverse.transpose() * (used / (used - 1.0));
-    (0..size).all(|k| covariance[(k, k)] >= 0.0).then_some(covariance)
+    let width = days[0].score.len();
+    let moves = ClusterMoves::of(&days)?;
+    let error = |of: usize| {
+        let error = moves.error_of(&DVector::from_fn(width, |k, _| f64::from(k == of)));
+        (error.informative > 1).then(|| error.written())
+    };
+    (0..width).map(error).collect()
 }
 
 /// Standard errors of both typical shares, of rows (day, height of the peak, deviation).
@@ -267,21 +264,15 @@ fn share_errors(
     off: f64,
     peak: f64,
 ) -> Option<[f64; 2]> {
-    let mut normal = DMatrix::zeros(2, 2);
-    let mut sums = vec![vec![0.0; 2]; days];
+    let mut clusters = vec![Cluster::nothing(2); days];
     for (day, bell, left) in rows {
         let share = off + (peak - off) * bell;
         let slope = 1.0 / (share * (1.0 - share));
-        let x = [slope * (1.0 - bell), slope * bell];
-        for a in 0..2 {
-            sums[day][a] += x[a] * left;
-            for b in 0..2 {
-                normal[(a, b)] += x[a] * x[b];
-            }
-        }
+        let x = DVector::from_column_slice(&[slope * (1.0 - bell), slope * bell]);
+        clusters[day].add(&x, left);
     }
-    let covariance = day_covariance(&normal, &sums)?;
-    Some([0, 1].map(|k| covariance[(k, k)].sqrt()))
+    let errors = day_errors(clusters)?;
+    Some([0, 1].map(|k| errors[k]))
 }
 
 /// The speeds of these types, and the interval of their records, in s.
@@ -407,16 +398,16 @@ fn step_correlation(
         return None;
     }
     let count = days.iter().max().map_or(0, |day| day + 1);
-    let (mut sums, mut squares) = (vec![vec![0.0]; count], 0.0);
+    let mut clusters = vec![Cluster::nothing(1); count];
     for (_, x, y, day) in &pairs {
         let both = 0.5 * (x * x + y * y);
-        sums[*day][0] += x * y - phi * both;
-        squares += both;
+        clusters[*day].score[0] += x * y - phi * both;
+        clusters[*day].information[(0, 0)] += both;
     }
-    let variance = day_covariance(&DMatrix::from_element(1, 1, squares), &sums);
+    let error = day_errors(clusters).map(|errors| errors[0]);
     let power = step_s / interval;
     let over_step = libm::pow(phi, power);
-    let error = variance.map(|variance| variance[(0, 0)].sqrt() * power * over_step / phi);
+    let error = error.map(|error| error * power * over_step / phi);
     Some((over_step, error, n))
 }
 

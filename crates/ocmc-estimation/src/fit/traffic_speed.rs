@@ -12,9 +12,11 @@
 //!   Hermite coefficients a_h of r as a function of u.
 //!
 //! The scatter beyond that of u is the noise. Standard errors are those of the estimating equations
-//! with the days of a site as observations (sandwich).
+//! with the days of a site as observations (sandwich), times t₀.₉₇₅(ν)/1.96: ν is one less than as
+//! many days of equal size would be, (Σ n)²/Σ n² for days of n records.
 
-use super::traffic::{EDGE, SAME_INTERVAL, SEEN, day_covariance};
+use super::p_value::{NORMAL_975, t_of_interval};
+use super::traffic::{EDGE, FEWEST_DAYS, SAME_INTERVAL, SEEN};
 use nalgebra::DMatrix;
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 
@@ -342,13 +344,45 @@ impl Speeds<'_> {
                 jacobian[(j, k)] = (more[j] - less[j]) / (2.0 * step);
             }
         }
-        let covariance = day_covariance(&jacobian, &equations(&theta))?;
-        Some((0..size).map(|k| libm::sqrt(covariance[(k, k)])).collect())
+        let mut sizes = vec![0.0; days];
+        for row in &self.rows {
+            sizes[row.day] += 1.0;
+        }
+        let wider = wider(&sizes)?;
+        let covariance = covariance(&jacobian, &equations(&theta))?;
+        Some((0..size).map(|k| wider * libm::sqrt(covariance[(k, k)])).collect())
     }
 }
 
+/// Covariance of estimates at which the sum over days of their equations is zero: J⁻¹ (Σ g gᵀ) J⁻ᵀ
+/// with J the derivative of the sum.
+fn covariance(jacobian: &DMatrix<f64>, days: &[Vec<f64>]) -> Option<DMatrix<f64>> {
+    let size = jacobian.nrows();
+    let mut middle = DMatrix::zeros(size, size);
+    for day in days {
+        for a in 0..size {
+            for b in 0..size {
+                middle[(a, b)] += day[a] * day[b];
+            }
+        }
+    }
+    let inverse = jacobian.clone().try_inverse()?;
+    let covariance = &inverse * middle * inverse.transpose();
+    (0..size).all(|k| covariance[(k, k)] >= 0.0).then_some(covariance)
+}
+
+/// How much wider than by the sandwich alone an interval of ± 1.96 errors is with days of these
+/// sizes; none with too few days.
+fn wider(sizes: &[f64]) -> Option<f64> {
+    let used = sizes.iter().filter(|size| **size > 0.0).count();
+    let (sum, squares) = sizes.iter().fold((0.0, 0.0), |(a, b), n| (a + n, b + n * n));
+    let days = sum * sum / squares;
+    let enough = used >= FEWEST_DAYS && days > 2.0;
+    enough.then(|| t_of_interval(0.95, days - 1.0) / NORMAL_975 * libm::sqrt(days / (days - 1.0)))
+}
+
 /// Where a rising function is zero; an end where it is not.
-fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
         if f(middle) < 0.0 { low = middle } else { high = middle }

@@ -2,14 +2,19 @@
 //! intervals.
 
 use super::curves::{Curve, Curves};
+use super::drivers::RandomEffects;
 use super::{Coding, CurveSpeedFitError, LEVEL};
 use crate::fit::absorbed::{Absorbed, Combination};
 use crate::fit::analysis_of_variance::{VarianceRow, rows};
+use crate::fit::cluster_robust::{Cluster, ClusterMoves, ClusteredError};
 use crate::fit::least_squares::Collinear;
-use crate::fit::p_value::{around, ln_t_tails, sd_interval, t_of_interval};
+use crate::fit::p_value::{NORMAL_975, around, ln_t_tails, sd_interval, t_of_interval};
 use crate::moments::Moments;
-use nalgebra::DMatrix;
+use nalgebra::DVector;
 use serde::Serialize;
+
+/// Fewest drivers that say something of the exponent's error for an interval by drivers.
+const FEWEST_DRIVERS: usize = 3;
 
 /// Estimates of one model. Effects are those of ln v, so that 0.05 is about 5 %.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -24,8 +29,11 @@ pub struct CurveSpeedEstimate {
     pub exponent_ci95: Option<[f64; 2]>,
     /// Standard error of δ with the curves of a driver as one observation.
     pub exponent_clustered_standard_error: Option<f64>,
-    /// 95 % interval of δ with the curves of a driver as one observation.
+    /// 95 % interval of δ with the curves of a driver as one observation; that of the mixed model
+    /// where fewer than three drivers say something of δ.
     pub exponent_clustered_ci95: Option<[f64; 2]>,
+    /// Degrees of freedom of that.
+    pub exponent_clustered_degrees: Option<f64>,
     /// Speed v₀ at the reference radius, in m/s: the unweighted mean over drivers in ln v.
     pub reference_speed_mps: f64,
     /// 95 % interval of v₀ for these drivers, in m/s.
@@ -59,6 +67,40 @@ pub struct CurveSpeedEstimate {
     pub residual_df: usize,
 }
 
+impl CurveSpeedEstimate {
+    /// Whether too few drivers say something of the exponent's error for an interval by drivers.
+    pub(super) fn lacks_clusters(&self) -> bool {
+        self.exponent_standard_error.is_some() && self.exponent_clustered_ci95.is_none()
+    }
+
+    /// The same with the mixed model's errors of exponent and level as those by drivers.
+    pub(super) fn with_errors_of(self, mixed: &RandomEffects) -> Self {
+        let (error, df) = (mixed.exponent_standard_error, self.residual_df as f64);
+        Self {
+            exponent_clustered_standard_error: Some(error),
+            exponent_clustered_ci95: Some(around(mixed.exponent, error, t_of_interval(LEVEL, df))),
+            exponent_clustered_degrees: Some(df),
+            reference_speed_log_clustered_standard_error: Some(
+                mixed.reference_speed_log_standard_error,
+            ),
+            ..self
+        }
+    }
+
+    /// Errors of the exponent and of ln v₀ as a study has them: those by drivers where they are
+    /// given, each as the error whose 1.96 are half of the 95 % interval.
+    pub(super) fn written_errors(&self, drivers: usize) -> [f64; 2] {
+        let df = self.residual_df as f64;
+        let half = |[low, high]: [f64; 2]| (high - low) / 2.0;
+        let exponent = self.exponent_clustered_ci95.or(self.exponent_ci95).map_or(0.0, half);
+        let level = match self.reference_speed_log_clustered_standard_error {
+            Some(error) => error * t_of_interval(LEVEL, drivers as f64 - 1.0),
+            None => self.reference_speed_log_standard_error * t_of_interval(LEVEL, df),
+        };
+        [exponent, level].map(|half| half / NORMAL_975)
+    }
+}
+
 /// Test of one value of the exponent.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExponentTest {
@@ -74,7 +116,7 @@ pub struct ExponentTest {
     pub ln_p: f64,
     /// t with the curves of a driver as one observation.
     pub t_clustered: Option<f64>,
-    /// ln p of it, with one degree of freedom less than drivers.
+    /// ln p of it, with the degrees of freedom of its 95 % interval.
     pub ln_p_clustered: Option<f64>,
 }
 
@@ -236,7 +278,7 @@ impl Regression {
         };
         let drivers = self.fit.groups();
         let estimated = self.fixed_exponent.is_none().then(|| of(0));
-        let clustered = (drivers > 1).then(|| self.clustered_errors(curves, &gram));
+        let clustered = (drivers > 1).then(|| self.clustered_errors(curves));
         let every = 1.0 / drivers as f64;
         let mean = Combination { every, groups: Vec::new(), columns: self.unit(None) };
         Determined {
@@ -244,7 +286,7 @@ impl Regression {
             level: self.fit.combine([mean]).next().unwrap_or((f64::NAN, f64::NAN)),
             exponent: self.fixed_exponent.unwrap_or_else(|| coefficients[0]),
             exponent_error: estimated.map(|exponent| exponent.1),
-            clustered: estimated.and(clustered).map(|(exponent, _)| exponent),
+            clustered: estimated.and(clustered).and_then(|(exponent, _)| exponent),
             level_clustered: clustered.map(|(_, level)| level),
             direction: self.direction.then(|| of(self.direction_column())),
             effects: self.fit.levels().as_slice(),
@@ -253,53 +295,37 @@ impl Regression {
         .estimate(curves)
     }
 
-    /// Standard errors of the first coefficient and of the mean level with the curves of a driver
-    /// as one observation: the sandwich. That of the coefficient has the factor G/(G − 1) (n −
-    /// 1)/(n − p); that of the level, G/(G − 1), is SD(α)/√G where the coefficients do not move it.
-    fn clustered_errors(&self, curves: &Curves, gram: &DMatrix<f64>) -> (f64, f64) {
-        let (n, width, groups) = (self.fit.rows, self.fit.width(), self.fit.groups());
+    /// Errors of the first coefficient and of the mean level with the curves of a driver as one
+    /// observation. That of the level is SD(α)/√G where the coefficients do not move it.
+    fn clustered_errors(&self, curves: &Curves) -> (Option<ClusteredError>, f64) {
+        let (width, groups) = (self.fit.width(), self.fit.groups());
         let (levels, coefficients) = (self.fit.levels(), self.fit.coefficients());
-        let means: Vec<Vec<f64>> = (0..groups).map(|group| self.fit.group_mean(group)).collect();
-        // what a driver's curves pull at the coefficients
-        let mut pulls = DMatrix::zeros(width, groups);
+        let means: Vec<DVector<f64>> =
+            (0..groups).map(|group| DVector::from_vec(self.fit.group_mean(group))).collect();
+        let mut clusters = vec![Cluster::nothing(width); groups];
         let mut row = vec![0.0; 1 + usize::from(self.direction)];
+        // without a free exponent its column is known and the direction stands first
+        let free = row.len() - width;
         for curve in &curves.rows {
             columns(curve, &mut row);
             let group = curve.driver;
-            let mut residual = curve.log_speed - levels[group];
-            // without a free exponent its column is known and the direction stands first
-            let free = row.len() - width;
-            if let Some(exponent) = self.fixed_exponent {
-                residual -= exponent * curve.log_radius;
-            }
-            for j in 0..width {
-                residual -= row[free + j] * coefficients[j];
-            }
-            for j in 0..width {
-                pulls[(j, group)] += (row[free + j] - means[group][j]) * residual;
-            }
+            let x = DVector::from_column_slice(&row[free..]);
+            let known = self.fixed_exponent.map_or(0.0, |exponent| exponent * curve.log_radius);
+            let residual = curve.log_speed - known - levels[group] - x.dot(&coefficients);
+            clusters[group].add(&(x - &means[group]), residual);
         }
-        let moves = gram * pulls;
-        let mean_level = levels.sum() / groups as f64;
-        let mean = |j: usize| means.iter().map(|means| means[j]).sum::<f64>() / groups as f64;
-        let mean: Vec<f64> = (0..width).map(mean).collect();
-        let (mut of_exponent, mut of_level) = (0.0, 0.0);
-        for group in 0..groups {
-            let mut level = (levels[group] - mean_level) / groups as f64;
-            for j in 0..width {
-                level -= mean[j] * moves[(j, group)];
-            }
-            of_level += level * level;
-            if width > 0 {
-                of_exponent += moves[(0, group)] * moves[(0, group)];
-            }
-        }
-        let (n, p, g) = (n as f64, (groups + width) as f64, groups as f64);
-        let correction = g / (g - 1.0);
-        (
-            libm::sqrt(of_exponent * correction * (n - 1.0) / (n - p)),
-            libm::sqrt(of_level * correction),
-        )
+        let moves = if width > 0 { ClusterMoves::of(&clusters) } else { None };
+        let count = groups as f64;
+        let mean_level = levels.sum() / count;
+        let mean = means.iter().fold(DVector::zeros(width), |sum, means| sum + means) / count;
+        let of_level = (0..groups).map(|group| {
+            let own = (levels[group] - mean_level) / count * libm::sqrt(count / (count - 1.0));
+            let moved = moves.as_ref().map_or(0.0, |moves| mean.dot(&moves.moves[group]));
+            (own - moved) * (own - moved)
+        });
+        let first = DVector::from_fn(width, |j, _| f64::from(j == 0));
+        let of_exponent = moves.as_ref().map(|moves| moves.error_of(&first));
+        (of_exponent, libm::sqrt(of_level.sum()))
     }
 
     /// The coefficients as they are listed.
@@ -380,9 +406,9 @@ pub(super) struct Determined<'a> {
     pub level: (f64, f64),
     pub exponent: f64,
     pub exponent_error: Option<f64>,
-    /// Standard error of the exponent with the curves of a driver as one observation.
-    pub clustered: Option<f64>,
-    /// The same of ln v₀.
+    /// Error of the exponent with the curves of a driver as one observation.
+    pub clustered: Option<ClusteredError>,
+    /// The same of ln v₀, as a standard error.
     pub level_clustered: Option<f64>,
     pub direction: Option<(f64, f64)>,
     /// Of the drivers, up to a common number.
@@ -392,22 +418,27 @@ pub(super) struct Determined<'a> {
 
 impl Determined<'_> {
     pub(super) fn estimate(self, curves: &Curves) -> CurveSpeedEstimate {
-        let Self { df, level, exponent, exponent_error, clustered, residual_sd, .. } = self;
-        let drivers = self.effects.len() as f64;
+        let Self { df, level, exponent, exponent_error, residual_sd, .. } = self;
+        let clustered = self.clustered.filter(|error| error.informative >= FEWEST_DRIVERS);
+        let fixed_or_clustered = exponent_error.is_none() || clustered.is_some();
         let t = t_of_interval(LEVEL, df as f64);
-        let t_clustered = t_of_interval(LEVEL, drivers - 1.0);
         let spread = Spread::of(self.effects, &curves.counts());
         CurveSpeedEstimate {
             n: curves.rows.len(),
             exponent,
             exponent_standard_error: exponent_error,
             exponent_ci95: exponent_error.map(|error| around(exponent, error, t)),
-            exponent_clustered_standard_error: clustered,
-            exponent_clustered_ci95: clustered.map(|error| around(exponent, error, t_clustered)),
+            exponent_clustered_standard_error: clustered.map(|error| error.standard_error),
+            exponent_clustered_ci95: clustered.map(|error| {
+                around(exponent, error.standard_error, t_of_interval(LEVEL, error.degrees))
+            }),
+            exponent_clustered_degrees: clustered.map(|error| error.degrees),
             reference_speed_mps: libm::exp(level.0),
             reference_speed_ci95: around(level.0, level.1, t).map(libm::exp),
             reference_speed_log_standard_error: level.1,
-            reference_speed_log_clustered_standard_error: self.level_clustered,
+            reference_speed_log_clustered_standard_error: self
+                .level_clustered
+                .filter(|_| fixed_or_clustered),
             driver_sd: spread.map(|spread| spread.sd),
             driver_sd_corrected: None,
             driver_sd_corrected_ci95: None,
@@ -453,11 +484,7 @@ impl Spread {
 }
 
 /// Tests one value of the exponent.
-pub(super) fn exponent_test(
-    estimate: &CurveSpeedEstimate,
-    exponent: f64,
-    drivers: usize,
-) -> ExponentTest {
+pub(super) fn exponent_test(estimate: &CurveSpeedEstimate, exponent: f64) -> ExponentTest {
     let off = estimate.exponent - exponent;
     let t = estimate.exponent_standard_error.map_or(f64::NAN, |error| off / error);
     let ln_p = ln_t_tails(t, estimate.residual_df as f64);
@@ -469,6 +496,8 @@ pub(super) fn exponent_test(
         p: libm::exp(ln_p),
         ln_p,
         t_clustered,
-        ln_p_clustered: t_clustered.map(|t| ln_t_tails(t, drivers as f64 - 1.0)),
+        ln_p_clustered: t_clustered
+            .zip(estimate.exponent_clustered_degrees)
+            .map(|(t, degrees)| ln_t_tails(t, degrees)),
     }
 }

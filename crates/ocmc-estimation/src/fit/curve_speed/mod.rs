@@ -19,7 +19,8 @@
 //! has curves.
 //!
 //! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The clustered errors take the
-//! curves of one driver as one observation: those of the paper take all curves as independent.
+//! curves of one driver as one observation (`cluster_robust.rs`): those of the paper take all curves
+//! as independent.
 
 mod curves;
 mod drivers;
@@ -232,9 +233,18 @@ pub fn fit(
                 .into(),
         );
     }
-    let estimated = chosen.estimate(&curves);
+    let mut estimated = chosen.estimate(&curves);
+    let exponent_test = estimate::exponent_test(&estimated, options.fixed_exponent);
     let by_driver = drivers::by_driver(&curves, options.reference_radius_m, &mut warnings);
     let (random_intercept, random_slope) = drivers::random_effects(&curves, kept, &mut warnings);
+    if let Some(mixed) = random_intercept.as_ref().filter(|_| estimated.lacks_clusters()) {
+        warnings.push(
+            "fewer than three drivers say something of how well the exponent is known: its interval \
+             by drivers is that of the mixed model (REML), which takes the exponent as one for all"
+                .into(),
+        );
+        estimated = estimated.with_errors_of(mixed);
+    }
     let limits = table.limit_mps.is_some();
     let limited = limits.then(|| limited::limited(&curves, kept, options, &mut warnings));
     let (tobit, at_limit, below_limit) = limited.unwrap_or_default();
@@ -249,11 +259,7 @@ pub fn fit(
         anova,
         fixed: fixed.estimate(&curves),
         with_direction: full.direction.then(|| full.estimate(&curves)),
-        exponent_test: estimate::exponent_test(
-            &estimated,
-            options.fixed_exponent,
-            curves.drivers.len(),
-        ),
+        exponent_test,
         coding: options.coding,
         coefficients: chosen.coefficients(&curves, options.coding),
         driver_effects: chosen.driver_effects(&curves),
@@ -312,10 +318,7 @@ impl CurveSpeedFit {
             exponent: fitted.clone().filter_map(|driver| driver.exponent).collect(),
             reference_speed_mps: fitted.filter_map(|driver| driver.reference_speed_mps).collect(),
         };
-        let error = best.exponent_clustered_standard_error.or(best.exponent_standard_error);
-        let log_error = best
-            .reference_speed_log_clustered_standard_error
-            .unwrap_or(best.reference_speed_log_standard_error);
+        let [exponent_error, log_error] = best.written_errors(self.drivers);
         // where curves stop to limit the speed: as asked for, for no curve shows it
         let [_, asked] = self.radius_filter_m;
         let [smallest, largest] = self.radius_range_m;
@@ -324,7 +327,7 @@ impl CurveSpeedFit {
             reference_radius_m: self.reference_radius_m,
             reference_speed_mps: best.reference_speed_mps,
             exponent: best.exponent,
-            exponent_standard_error: error.unwrap_or(0.0),
+            exponent_standard_error: exponent_error,
             reference_speed_log_standard_error: log_error,
             driver_sd: driver_sd.unwrap_or(model.driver_sd),
             direction_effect: best.direction_effect.unwrap_or(0.0),

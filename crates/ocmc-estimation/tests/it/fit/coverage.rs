@@ -30,10 +30,9 @@ fn curves(seed: u64, drivers: usize, each: usize) -> CurveTable {
     table
 }
 
-/// Fails where fewer than 88 % or all but none of 200 intervals cover: 95 % with four binomial
-/// errors.
+/// Fails where so many intervals of 95 % lie off it by more than four binomial errors.
 #[track_caller]
-fn assert_covers(what: &str, covered: usize, n: usize) {
+pub(super) fn assert_covers(what: &str, covered: usize, n: usize) {
     let share = covered as f64 / n as f64;
     let error = (0.95 * 0.05 / n as f64).sqrt();
     assert!((share - 0.95).abs() < 4.0 * error, "{what}: {covered} of {n}");
