@@ -119,6 +119,37 @@ fn what_ends_a_run_and_what_does_not() {
 }
 
 #[test]
+fn questions_are_ended_with_the_status_of_the_signal() {
+    // each of them works on for many seconds
+    let questions: [&[&str]; 4] = [
+        &["bound", "--cycles", "4"],
+        &["simulator-study", "--repetitions", "1000"],
+        &["calibrate", "curve-speed", "field-truck-printed", "--drivers", "2000"],
+        &["sensitivity", "--cycles", "1_000_000"],
+    ];
+    for question in questions {
+        for (signal, wanted) in [("INT", 130), ("TERM", 143)] {
+            let program = [&BY_DEFAULT[..], &[env!("CARGO_BIN_EXE_ocmc")], question].concat();
+            let (quiet, piped) = (Stdio::null, Stdio::piped());
+            let mut run = Command::new(program[0])
+                .args(&program[1..])
+                .stdin(quiet())
+                .stdout(quiet())
+                .stderr(piped)
+                .spawn()
+                .expect("it starts");
+            sleep(Duration::from_millis(300));
+            assert!(run.try_wait().expect("ours").is_none(), "{question:?} is under way");
+            send(signal, &run);
+            let sent = Instant::now();
+            assert_eq!(status(run.wait().expect("it ends")), wanted, "{question:?}");
+            // a second is promised: a busy machine may be late, work of many seconds is not over
+            assert!(sent.elapsed() < Duration::from_secs(5), "{question:?}: {:?}", sent.elapsed());
+        }
+    }
+}
+
+#[test]
 fn a_second_signal_after_half_a_second_ends_the_program() {
     let folder = tempfile::tempdir().expect("a directory");
     let out = folder.path().join("a");

@@ -18,6 +18,12 @@ pub(crate) enum Failure {
     /// A file that exists already.
     #[error("`{}` exists already", path.display())]
     Exists { path: PathBuf },
+    /// A file of a run directory that leads elsewhere.
+    #[error(
+        "`{}` is a symbolic link, and what it names is not ours: remove it, or say with --out where the report goes",
+        path.display()
+    )]
+    Link { path: PathBuf },
     /// A file that cannot be written.
     #[error("cannot write `{}`: {source}", path.display())]
     File { path: PathBuf, source: io::Error },

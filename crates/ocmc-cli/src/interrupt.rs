@@ -1,12 +1,16 @@
-//! Ctrl-C: the first one asks the run to stop, a later one ends the program.
+//! Ctrl-C: the first one asks the work to stop, a later one ends the program. Work that has nothing to
+//! keep and does not stop soon is ended with the program.
 
-use std::sync::atomic::{AtomicI32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Once, OnceLock};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// The signal that asked to stop; 0 before.
 static ASKED_BY: AtomicI32 = AtomicI32::new(0);
 static ASKED_AT: OnceLock<Instant> = OnceLock::new();
+/// Whether there is nothing to keep.
+static IS_SHORT: AtomicBool = AtomicBool::new(false);
 static INSTALL: Once = Once::new();
 
 /// Ctrl-C.
@@ -14,9 +18,22 @@ const SIGINT: i32 = 2;
 /// One request to stop may arrive twice: `timeout` and schedulers signal a process and its group.
 const SAME_WISH: Duration = Duration::from_millis(500);
 
+/// For how long work may go on that was asked to stop.
+const SOON: Duration = Duration::from_millis(700);
+
+/// For how long work is waited for that was asked to stop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Patience {
+    /// Until it has kept what was done.
+    UntilKept,
+    /// Not for long: there is nothing to keep.
+    Short,
+}
+
 /// Listens from now on. Where the system refuses, Ctrl-C ends the program at once, as it does by
 /// default.
-pub(crate) fn listen() {
+pub(crate) fn listen(patience: Patience) {
+    IS_SHORT.store(matches!(patience, Patience::Short), Ordering::Relaxed);
     INSTALL.call_once(install);
 }
 
@@ -39,6 +56,13 @@ fn ask(signal: i32) {
         crate::output::note("ended by a second signal");
         std::process::exit(128 + signal);
     }
+    if first.is_ok() && IS_SHORT.load(Ordering::Relaxed) {
+        thread::spawn(move || {
+            thread::sleep(SOON);
+            crate::output::note("interrupted: there is no answer without the rest");
+            std::process::exit(128 + signal);
+        });
+    }
 }
 
 #[cfg(not(unix))]
@@ -56,7 +80,7 @@ fn install() {
     let heard =
         [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
     if let Ok(mut signals) = signal_hook::iterator::Signals::new(heard) {
-        std::thread::spawn(move || signals.forever().for_each(ask));
+        thread::spawn(move || signals.forever().for_each(ask));
     }
 }
 

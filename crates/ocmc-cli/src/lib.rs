@@ -38,6 +38,7 @@ use cycle::CycleArguments;
 use failure::Failure;
 use fit::FitCommand;
 use log::{CurvesArguments, IdentifyArguments};
+use ocmc_api::Error;
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::list;
 use range::BatteryRangeArguments;
@@ -192,7 +193,9 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Err(failure) => {
             output::drawn(&failure_report::report(&failure));
             match failure {
-                Failure::Interrupted { .. } => interrupt::exit_status(),
+                Failure::Interrupted { .. } | Failure::Question(Error::Interrupted(_)) => {
+                    interrupt::exit_status()
+                }
                 _ => FAILED,
             }
         }

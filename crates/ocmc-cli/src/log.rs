@@ -4,7 +4,7 @@
 use crate::arguments::{FileOptions, one_of, sources};
 use crate::failure::Failure;
 use crate::output::{self, Target, warn};
-use crate::progress::shown;
+use crate::progress::watched;
 use clap::Args;
 use ocmc_api::{
     Answer, CONTROLLERS, ControllerKind, Correction, CurveOptions, CurvesRequest, Detector, Error,
@@ -176,7 +176,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
         options,
         warn_of_rows: !quiet,
     };
-    let answer = shown(*quiet, |watch| ocmc_api::identify(&request, &mut warn, watch))?;
+    let answer = watched(*quiet, |watch| ocmc_api::identify(&request, &mut warn, watch))?;
     if !quiet {
         answer.warnings().iter().for_each(|warning| warn(warning));
     }

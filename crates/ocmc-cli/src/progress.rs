@@ -1,6 +1,6 @@
 //! Watches what takes its time: a progress bar on a terminal, with rate and time left, and Ctrl-C.
 
-use crate::interrupt;
+use crate::interrupt::{self, Patience};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use ocmc_api::number_text::rough;
 use ocmc_api::{Error, Progress, Watch};
@@ -8,20 +8,26 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// Asks a question, draws a bar of the work on it, and ends it on Ctrl-C; `quiet` draws no bar.
+/// Asks a question, draws a bar of the work on it, and ends it on Ctrl-C within a second; `quiet`
+/// draws no bar.
 pub(crate) fn watched<T>(
     quiet: bool,
     ask: impl FnOnce(&mut Watch) -> Result<T, Error>,
 ) -> Result<T, Error> {
-    interrupt::listen();
+    interrupt::listen(Patience::Short);
     shown(quiet, ask)
 }
 
-/// As [`watched`], of work that Ctrl-C may end as it ends any program.
-pub(crate) fn shown<T>(
+/// As [`watched`], of work that keeps what was done before it ends.
+pub(crate) fn kept<T>(
     quiet: bool,
     ask: impl FnOnce(&mut Watch) -> Result<T, Error>,
 ) -> Result<T, Error> {
+    interrupt::listen(Patience::UntilKept);
+    shown(quiet, ask)
+}
+
+fn shown<T>(quiet: bool, ask: impl FnOnce(&mut Watch) -> Result<T, Error>) -> Result<T, Error> {
     let mut shown: Option<ProgressBar> = None;
     let answer = ask(&mut |progress| {
         if progress.what != "logs"

@@ -5,7 +5,7 @@ use crate::arguments::{FiledWorkOptions, StudyOptions, one_of, sources, whole_nu
 use crate::failure::Failure;
 use crate::log::SteeringArguments;
 use crate::output::{self, Target, warn};
-use crate::progress::shown;
+use crate::progress::watched;
 use clap::Args;
 use ocmc_api::{
     Answer, CurveOptions, KEEPS, Keep, MOST_TRIPS, MissingLimits, RUN_IN_M, RoadOptions,
@@ -117,7 +117,7 @@ pub(crate) fn road(arguments: &RoadArguments) -> Result<(), Failure> {
         steering: road.steering.steering()?,
         stops: !road.no_stops,
     };
-    let answer = shown(*quiet, |watch| ocmc_api::road(&request, &mut remarks(*quiet), watch))?;
+    let answer = watched(*quiet, |watch| ocmc_api::road(&request, &mut remarks(*quiet), watch))?;
     if !quiet {
         output::note(answer.text().trim_end());
     }

@@ -4,7 +4,7 @@
 use crate::arguments::{FileOptions, MOST_TRIPS, check_range, one_of, whole_number};
 use crate::failure::Failure;
 use crate::output::{self, warn};
-use crate::progress::watched;
+use crate::progress::kept;
 use clap::Args;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::study::Files;
@@ -165,7 +165,7 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
         (Some(directory), true) => {
             check_range(first_cycle.unwrap_or(0), cycles.unwrap_or(1000))?;
             let request = RequeueRequest { directory, asked, given, threads, chunk, level };
-            watched(quiet, |watch| ocmc_api::requeue(&request, watch))?
+            kept(quiet, |watch| ocmc_api::requeue(&request, watch))?
         }
         (out, _) => {
             let study = &asked.load()?;
@@ -173,7 +173,7 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
             check_range(plan.first_cycle, plan.cycles)?;
             let out = out.clone().map(|path| (path, format.unwrap_or_default()));
             let request = RunRequest { study, given, plan, precision: asked.precision, out };
-            watched(quiet, |watch| ocmc_api::run(&request, &mut |_| (), watch))?
+            kept(quiet, |watch| ocmc_api::run(&request, &mut |_| (), watch))?
         }
     };
     output::print_run(&answer, json)?;
@@ -237,6 +237,9 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     let ReportArguments { directory, out } = arguments;
     let run = Reported::read(directory).map_err(Error::from)?;
     let path = out.clone().unwrap_or_else(|| directory_of(directory).join(REPORT));
+    if out.is_none() && path.is_symlink() {
+        return Err(Failure::Link { path });
+    }
     output::write(&path, ocmc_api::report(&run))?;
     if out.is_none() {
         note_report(directory_of(directory)).map_err(Error::from)?;

@@ -31,7 +31,7 @@ pub struct RunPlan {
     pub cycles: u64,
     /// Streams that the cycles take from the second sample.
     pub pick_freeze: PickFreeze,
-    /// Threads, at least 1.
+    /// Threads, at least 1; [`each`] takes 0 as one for each processor.
     pub threads: usize,
     /// Consecutive cycles that one thread takes at a time, and that leave together.
     pub chunk: u64,
@@ -203,24 +203,40 @@ pub fn run_with<B>(
 }
 
 /// What `of` makes of each cycle of a plan, by its id and in order of the ids; it does not depend on
-/// the threads, each of which takes `batch` cycles before the others are waited for. `progress`
-/// receives the number of cycles done; breaking ends the work.
+/// the threads. `progress` receives the number of cycles done, several times a second; breaking
+/// ends the work, and sets the flag on which `of` may give up.
 pub fn each<T: Send, B>(
     plan: &RunPlan,
-    batch: usize,
-    of: &(dyn Fn(u64) -> T + Sync),
+    of: &(dyn Fn(u64, &AtomicBool) -> T + Sync),
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<T>> {
-    let threads = plan.threads.max(1);
-    let pool = pool(threads);
-    let ids: Vec<u64> = (plan.first_cycle..plan.first_cycle + plan.cycles).collect();
-    let mut all = Vec::with_capacity(ids.len());
-    for some in ids.chunks(threads * batch.max(1)) {
-        let found: Vec<T> = pool.install(|| some.par_iter().map(|id| of(*id)).collect());
-        all.extend(found);
-        progress(all.len() as u64)?;
-    }
-    ControlFlow::Continue(all)
+    let ids = plan.first_cycle..plan.first_cycle + plan.cycles;
+    let (done, stop) = (AtomicU64::new(0), AtomicBool::new(false));
+    let one = |id: u64| {
+        let found = (!stop.load(Ordering::Relaxed)).then(|| of(id, &stop));
+        done.fetch_add(1, Ordering::Relaxed);
+        found
+    };
+    let (sender, receiver) = mpsc::channel();
+    pool(plan.threads).in_place_scope(|scope| {
+        scope.spawn(|_| {
+            let all: Option<Vec<T>> = ids.into_par_iter().map(one).collect();
+            // whoever waits no longer has set the flag
+            let _ = sender.send(all);
+        });
+        loop {
+            let all = receiver.recv_timeout(LONGEST_SILENCE).ok().flatten();
+            let ended = progress(done.load(Ordering::Relaxed));
+            if ended.is_break() {
+                stop.store(true, Ordering::Relaxed);
+            }
+            match (ended, all) {
+                (ControlFlow::Break(end), _) => return ControlFlow::Break(end),
+                (_, Some(all)) => return ControlFlow::Continue(all),
+                _ => {}
+            }
+        }
+    })
 }
 
 /// All records of a plan. `progress` receives the number of cycles driven so far, several times a

@@ -22,8 +22,6 @@ pub const SIZES_J: [f64; 2] = [1.0e6, 1.0e11];
 const WIDTH: f64 = 1.0 / 1024.0;
 /// Seconds of a day.
 const DAY_S: f64 = 86_400.0;
-/// Cycles that a thread draws before the others are waited for.
-const DRAWN_AT_ONCE: usize = 32;
 /// Standard errors of half a 95 % interval.
 const HALF_WIDTH: f64 = 1.959_963_984_540_054;
 
@@ -205,11 +203,11 @@ pub fn of_season<B>(
     season: usize,
     progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<u64>> {
-    let departs_then = |cycle_id: u64| {
+    let departs_then = |cycle_id: u64, _: &AtomicBool| {
         let mission = study.sample(plan.seed, cycle_id).cycle.mission;
         season_of(mission.day_of_year * DAY_S + mission.departure_s) == season
     };
-    let found = each(plan, DRAWN_AT_ONCE, &departs_then, progress)?;
+    let found = each(plan, &departs_then, progress)?;
     let places = (0..plan.cycles).zip(found).filter(|(_, is_then)| *is_then);
     ControlFlow::Continue(places.map(|(place, _)| place).collect())
 }

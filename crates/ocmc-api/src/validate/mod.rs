@@ -32,6 +32,7 @@ use ocmc_io::table::Quantity;
 use placing::{Placed, place};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Fewest trips with which bands are what they say: fewer are driven and warned of.
@@ -41,8 +42,6 @@ pub const MOST_TRIPS: u64 = 20_000;
 /// Way behind a moving start and before a moving end that is not scored, in m, by default
 /// (judgement): simulated trips begin and end at rest.
 pub const RUN_IN_M: f64 = 500.0;
-/// Trips that a thread drives before the others are waited for.
-const BATCH: usize = 16;
 /// Most drives of a road whose speeds the answer holds.
 const MOST_HELD: usize = 12;
 
@@ -227,7 +226,7 @@ pub fn validate(
         };
         let places = Places::of(group.cycle.length_m);
         let end = plan.first_cycle + plan.cycles;
-        let side_by_side = |block: u64| {
+        let side_by_side = |block: u64, _: &AtomicBool| {
             let first = plan.first_cycle + block * WIDTH as u64;
             let ids = first..(first + WIDTH as u64).min(end);
             let drives = motions(&on_road, ids.map(|id| on_road.sample(plan.seed, id)));
@@ -240,7 +239,7 @@ pub fn validate(
         let mut done = before;
         let cycles = plan.cycles.div_ceil(WIDTH as u64);
         let blocks = RunPlan { first_cycle: 0, cycles, ..*plan };
-        let driven = each(&blocks, BATCH / WIDTH, &side_by_side, |count| {
+        let driven = each(&blocks, &side_by_side, |count| {
             done = before + (count * WIDTH as u64).min(plan.cycles);
             watch(progress(done))
         });

@@ -6,8 +6,10 @@ use crate::log::curve::{CurveOptions, detect_curves};
 use ocmc_core::kernel::drive::trace::{Trace, motions};
 use ocmc_core::lanes::WIDTH;
 use ocmc_core::study::Study;
-use ocmc_fleet::run::pool;
-use rayon::prelude::*;
+use ocmc_fleet::run::{RunPlan, each};
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+use std::sync::atomic::AtomicBool;
 
 /// Which trips are driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +25,20 @@ pub struct Trips {
 /// What `ocmc curves` would find in these trips; none of trips that cannot be used. Logs of curves
 /// need 5 Hz: the study's step is the caller's to choose.
 pub fn simulated_curves(study: &Study, trips: &Trips, options: &CurveOptions) -> CurveTable {
+    let found = watched_curves(study, trips, options, || ControlFlow::<Infallible>::Continue(()));
+    match found {
+        ControlFlow::Continue(table) => table,
+        ControlFlow::Break(never) => match never {},
+    }
+}
+
+/// As [`simulated_curves`]; `look` is asked several times a second whether to go on.
+pub(super) fn watched_curves<B>(
+    study: &Study,
+    trips: &Trips,
+    options: &CurveOptions,
+    mut look: impl FnMut() -> ControlFlow<B>,
+) -> ControlFlow<B, CurveTable> {
     let count = trips.drivers * trips.per_driver;
     let scenario = |trip: u64| {
         let mut scenario = study.sample(trips.seed, trip);
@@ -32,17 +48,17 @@ pub fn simulated_curves(study: &Study, trips: &Trips, options: &CurveOptions) ->
         }
         scenario
     };
-    let blocks: Vec<u64> = (0..count).step_by(WIDTH).collect();
-    let tables = |first: u64| {
+    let tables = |block: u64, _: &AtomicBool| {
+        let first = block * WIDTH as u64;
         let block = first..(first + WIDTH as u64).min(count);
         let drives = motions(study, block.clone().map(scenario));
         let of_trip = |(trip, drive)| of_trip(&drive, trip / trips.per_driver, options);
         block.zip(drives).map(of_trip).collect::<Vec<_>>()
     };
-    let tables: Vec<CurveTable> =
-        pool(0).install(|| blocks.into_par_iter().flat_map_iter(tables).collect());
+    let plan = RunPlan::new(trips.seed, 0, count.div_ceil(WIDTH as u64), None, Some(1));
+    let tables = each(&RunPlan { threads: 0, ..plan }, &tables, |_| look())?;
     let mut all = CurveTable { left: Some(Vec::new()), ..CurveTable::default() };
-    for table in tables {
+    for table in tables.into_iter().flatten() {
         all.driver.extend(table.driver);
         all.radius_m.extend(table.radius_m);
         all.speed_mps.extend(table.speed_mps);
@@ -50,7 +66,7 @@ pub fn simulated_curves(study: &Study, trips: &Trips, options: &CurveOptions) ->
             all.extend(left);
         }
     }
-    all
+    ControlFlow::Continue(all)
 }
 
 /// The curves of one trip.

@@ -8,6 +8,7 @@ use super::moves::Truck;
 use super::solve::{Problem, Question};
 use ocmc_core::powertrain::{GearOrder, InversePowertrain};
 use ocmc_core::prescribed::Body;
+use std::sync::atomic::AtomicBool;
 
 /// What a joule for the speed of a new gear is taken to cost, in J of the source.
 const JUMP_PRICE: f64 = 2.5;
@@ -58,7 +59,8 @@ pub fn level_road(
     let most_s = length_m / speed_mps;
     let legs = vec![Problem { leg: &leg, places: &places, free: vec![true; places.len()] }];
     let prices_w = PRICES.map(|share| share * constant_j / most_s);
-    let question = Question { truck: &truck, heights: &heights, legs, most_s, prices_w, fineness };
+    let (truck, heights, stop) = (&truck, &heights, &AtomicBool::new(false));
+    let question = Question { truck, heights, legs, most_s, prices_w, fineness, stop };
     let answer = question.answer()?;
     Some(LevelRoad { constant_j, least_j: answer.energy_j(), time_s: answer.time_s() })
 }

@@ -38,6 +38,7 @@ use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::{Scenario, Study};
 use ocmc_core::tactical::{SpeedProfile, plan};
 use solve::{Answer, Problem, Question};
+use std::sync::atomic::AtomicBool;
 use thiserror::Error;
 
 /// Prices of time among which the search begins, as shares of the power that the driver took.
@@ -145,21 +146,21 @@ pub fn bound_scenario(
     fineness: Fineness,
 ) -> Result<Bound, BoundError> {
     let driven = completed(study, scenario)?;
-    let task = BoundTask { study, scenario, driven, fineness, apart: false };
+    let stop = &AtomicBool::new(false);
+    let task = BoundTask { study, scenario, driven, fineness, stop, apart: false };
     Ok(study.vehicle().powertrain.dispatch(task).0)
 }
 
-/// The bound of a scenario, and where the driver's potential lies.
-///
-/// # Errors
-/// [`BoundError`] where the driver does not arrive, and where the load changes on the way.
-pub fn potential_of_scenario(
+/// The bound of a scenario, and where the driver's potential lies. Once the flag is set, the search
+/// gives up, and what it gives is worth nothing.
+fn potential(
     study: &Study,
     scenario: &Scenario,
     fineness: Fineness,
+    stop: &AtomicBool,
 ) -> Result<(Bound, Option<Potential>), BoundError> {
     let driven = completed(study, scenario)?;
-    let task = BoundTask { study, scenario, driven, fineness, apart: true };
+    let task = BoundTask { study, scenario, driven, fineness, stop, apart: true };
     Ok(study.vehicle().powertrain.dispatch(task))
 }
 
@@ -180,6 +181,8 @@ struct BoundTask<'a> {
     scenario: &'a Scenario,
     driven: Driven,
     fineness: Fineness,
+    /// Once it is set, the search gives up.
+    stop: &'a AtomicBool,
     /// Whether the potential is taken apart.
     apart: bool,
 }
@@ -205,6 +208,7 @@ struct Trip<'a> {
     scenario: &'a Scenario,
     driven: &'a Driven,
     fineness: Fineness,
+    stop: &'a AtomicBool,
     body: Body,
     heights: Heights,
     places: Vec<Vec<Place>>,
@@ -217,14 +221,14 @@ impl<'a> Trip<'a> {
         task: &'a BoundTask<'a>,
         fresh: &'a dyn Fn() -> Box<dyn InversePowertrain + 'a>,
     ) -> Self {
-        let BoundTask { study, scenario, driven, fineness, .. } = task;
+        let BoundTask { study, scenario, driven, fineness, stop, .. } = task;
         let heights = Heights::of(scenario);
         let mut profile = SpeedProfile::default();
         plan(study, scenario, &mut profile);
         let legs = driven.legs.iter();
         let places = legs.map(|leg| places(leg, &profile, &heights, fineness)).collect();
         let body = Body::of(study, scenario);
-        Self { study, scenario, driven, fineness: *fineness, body, heights, places, fresh }
+        Self { study, scenario, driven, fineness: *fineness, stop, body, heights, places, fresh }
     }
 
     fn bound(&self) -> Bound {
@@ -272,8 +276,8 @@ impl<'a> Trip<'a> {
     ) -> Option<Answer> {
         let legs = self.driven.legs.iter().zip(&self.places).zip(free);
         let legs = legs.map(|((leg, places), free)| Problem { leg, places, free }).collect();
-        let heights = &self.heights;
-        Question { truck, heights, legs, most_s, prices_w, fineness: self.fineness }.answer()
+        let Self { heights, fineness, stop, .. } = self;
+        Question { truck, heights, legs, most_s, prices_w, fineness: *fineness, stop }.answer()
     }
 
     /// The legs of an answer, step by step.

@@ -6,6 +6,7 @@ use super::driven::{DrivenLeg, Heights};
 use super::grid::{Fineness, Place};
 use super::moves::{Levels, Move, Search, Truck};
 use super::sweep::{PRICES, Swept, Way};
+use std::sync::atomic::AtomicBool;
 
 /// By how much the prices of the next stage reach beyond what a stage has found.
 const BEYOND: [f64; 4] = [1.1, 1.03, 1.01, 1.0];
@@ -47,6 +48,8 @@ pub(super) struct Question<'a> {
     pub prices_w: [f64; 2],
     /// How fine the search is.
     pub fineness: Fineness,
+    /// Once it is set, there is no answer.
+    pub stop: &'a AtomicBool,
 }
 
 /// Ways along all legs.
@@ -132,8 +135,9 @@ impl Question<'_> {
             let of = |(k, leg): (usize, &Problem)| levels(leg, about_mps, near(k));
             let levels: Vec<Vec<Levels>> = self.legs.iter().enumerate().map(of).collect();
             let searches: Vec<Search> = self.searches(&levels);
-            let swept: Vec<Swept> =
-                searches.iter().map(|search| Swept::of(search, &prices)).collect();
+            let swept: Option<Vec<Swept>> =
+                searches.iter().map(|search| Swept::of(search, &prices, self.stop)).collect();
+            let swept = swept?;
             let found: Vec<[Option<Way>; PRICES]> =
                 searches.iter().zip(&swept).map(|(search, swept)| swept.ways(search)).collect();
             let time_s = |price: usize| -> f64 {

@@ -3,6 +3,7 @@
 //! it.
 
 use super::moves::{Levels, Move, Search};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How many prices of time one sweep knows.
 pub(super) const PRICES: usize = 8;
@@ -63,9 +64,9 @@ pub(super) struct Swept {
 }
 
 impl Swept {
-    /// Sweeps a leg from its end to its start, at prices of time in W.
-    pub(super) fn of(search: &Search, prices: &[f64; PRICES]) -> Self {
-        Self { tables: backward(search, prices), prices: *prices }
+    /// Sweeps a leg from its end to its start, at prices of time in W; none once the flag is set.
+    pub(super) fn of(search: &Search, prices: &[f64; PRICES], stop: &AtomicBool) -> Option<Self> {
+        Some(Self { tables: backward(search, prices, stop)?, prices: *prices })
     }
 
     /// The best ways, one for each price; none where there is no way at all.
@@ -111,7 +112,7 @@ impl Swept {
     }
 }
 
-fn backward(search: &Search, prices: &[f64; PRICES]) -> Vec<Table> {
+fn backward(search: &Search, prices: &[f64; PRICES], stop: &AtomicBool) -> Option<Vec<Table>> {
     let gears = search.truck.gears();
     let last = search.places.len() - 1;
     let mut tables: Vec<Table> = search
@@ -122,6 +123,9 @@ fn backward(search: &Search, prices: &[f64; PRICES]) -> Vec<Table> {
     tables[last].left.fill([0.0; PRICES]);
     let mut moves = Vec::new();
     for from in (0..last).rev() {
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
         let levels = search.levels[from];
         for k in 0..levels.count {
             let speed_mps = levels.at(k);
@@ -147,5 +151,5 @@ fn backward(search: &Search, prices: &[f64; PRICES]) -> Vec<Table> {
             }
         }
     }
-    tables
+    Some(tables)
 }
