@@ -43,7 +43,12 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<DriveCycle, TableErr
     let table = Table::open(source, &DRIVE_CYCLE, mappings)?;
     table.need(&[Quantity::Time, Quantity::Speed])?;
     table.one_of(&[Quantity::Gradient, Quantity::Grade])?;
-    let (mut time_s, mut speed_mps, mut sine) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut time_s, mut speed_mps, mut sine) =
+        (Vec::<f64>::new(), Vec::<f64>::new(), Vec::<f64>::new());
+    let of = |time_s, speed_mps, sine| {
+        DriveCycle::new(time_s, speed_mps, sine)
+            .map_err(|error| TableError::of(source.path(), Fault::DriveCycle(error)))
+    };
     table.for_each(|row| {
         time_s.push(row.number(Quantity::Time)?);
         speed_mps.push(row.number(Quantity::Speed)?);
@@ -51,10 +56,15 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<DriveCycle, TableErr
             Some(tangent) => tangent / (1.0 + tangent * tangent).sqrt(),
             None => row.optional(Quantity::Grade)?.unwrap_or(0.0),
         });
-        Ok(())
+        // what is no cycle already is not read to its end; the last row alone may last for no time
+        match time_s[..] {
+            [.., a, b, _] if b <= a => {
+                of(time_s.clone(), speed_mps.clone(), sine.clone()).map(drop)
+            }
+            _ => Ok(()),
+        }
     })?;
-    DriveCycle::new(time_s, speed_mps, sine)
-        .map_err(|error| TableError::of(source.path(), Fault::DriveCycle(error)))
+    of(time_s, speed_mps, sine)
 }
 
 /// The drive cycle as a table in CSV, from which [`read`] makes it again to the last bit.

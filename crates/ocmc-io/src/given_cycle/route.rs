@@ -43,11 +43,17 @@ impl Rows {
         table.need(&[Quantity::Limit])?;
         let [has_stops, has_types] =
             [Quantity::Stop, Quantity::RoadType].map(|quantity| table.column(quantity).is_some());
-        let mut rows = Self::default();
+        let (mut rows, path) = (Self::default(), table.path().to_owned());
         table.for_each(|row| {
             rows.places.push(row.place());
             rows.limit_mps.extend(row.divided(Quantity::Limit, KMH, 3.6)?);
             rows.position_m.extend(row.optional(Quantity::Position)?);
+            if let [.., a, b] = rows.position_m[..]
+                && b <= a
+            {
+                let since_m = b - rows.position_m[0];
+                return Err(TableError::of(&path, Fault::Order(row.place(), since_m)));
+            }
             rows.latitude.extend(row.optional(Quantity::Latitude)?);
             rows.longitude.extend(row.optional(Quantity::Longitude)?);
             rows.altitude_m.extend(row.optional(Quantity::Altitude)?);

@@ -20,13 +20,18 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     let table = Table::open(source, &VECTO_CYCLE, mappings)?;
     super::refuse_over_time(&table, &[Quantity::Position])?;
     table.need(&[Quantity::Position, Quantity::Speed])?;
-    let (mut places, mut position_m, mut speed_mps) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut gradient, mut stop_s) = (Vec::new(), Vec::new());
+    let (mut position_m, mut speed_mps) = (Vec::new(), Vec::new());
+    let (mut gradient, mut stop_s) = (Vec::new(), Vec::<f64>::new());
     table.for_each(|row| {
-        places.push(row.place());
         position_m.push(row.number(Quantity::Position)?);
         speed_mps.extend(row.divided(Quantity::Speed, KMH, 3.6)?);
         gradient.push(row.divided(Quantity::Gradient, "percent", 100.0)?.unwrap_or(0.0));
+        // at a stop line two rows may share a place: the second one says how fast the road goes on
+        if let [.., a, b] = position_m[..]
+            && (b < a || b == a && stop_s.last().is_none_or(|stop_s| *stop_s <= 0.0))
+        {
+            return Err(TableError::of(source.path(), Fault::Order(row.place(), b)));
+        }
         stop_s.push(row.optional(Quantity::Stop)?.unwrap_or(0.0));
         Ok(())
     })?;
@@ -35,11 +40,7 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     let mut stops = Track::empty("stop_sign_s", Rule::Event);
     for k in 0..position_m.len() {
         let here_m = position_m[k] - position_m[0];
-        // at a stop line two rows may share a place: the second one says how fast the road goes on
-        let same_place = k > 0 && position_m[k] == position_m[k - 1] && stop_s[k - 1] > 0.0;
-        if k > 0 && position_m[k] <= position_m[k - 1] && !same_place {
-            return Err(TableError::of(source.path(), Fault::Order(places[k], position_m[k])));
-        }
+        let same_place = k > 0 && position_m[k] == position_m[k - 1];
         if stop_s[k] > 0.0 {
             stops.push(here_m, stop_s[k]);
         }

@@ -26,6 +26,11 @@ const LABELS: [Quantity; 3] = [Quantity::Driver, Quantity::Drive, Quantity::Even
 /// Digits of a fingerprint.
 const FINGERPRINT: usize = 16;
 
+/// Rows after which a log is not read on whose time mostly stands still.
+const LOOKED_AT: usize = 100_000;
+/// Rows of these that may repeat the time of the row before them or go back, in %.
+const MOST_STILL: usize = 99;
+
 /// What a command needs of a log: one of these quantities.
 pub type Need = &'static [Quantity];
 
@@ -142,6 +147,8 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         None => vec![None; numbers.len()],
     };
     let mut drives = Trips::new(source.path());
+    let time = numbers.iter().position(|column| column.quantity == Quantity::Time);
+    let mut still = 0;
     table.for_each(|row| {
         file.rows += 1;
         file.ragged_rows += usize::from(row.is_ragged());
@@ -154,7 +161,14 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
                 count(&mut file.unreadable, name, text, row.place());
                 f64::NAN
             });
-            drives.values[drive][k].push(value);
+            let values = &mut drives.values[drive][k];
+            still +=
+                usize::from(time == Some(k) && values.last().is_some_and(|last| value <= *last));
+            values.push(value);
+        }
+        if file.rows == LOOKED_AT && still > LOOKED_AT * MOST_STILL / 100 {
+            let fault = Fault::Still { still, rows: file.rows };
+            return Err(TableError::of(source.path(), fault));
         }
         for column in &texts {
             let words = drives.found[drive].words.entry(column.quantity).or_default();

@@ -241,6 +241,17 @@ pub enum Fault {
     /// A position, in m, that does not lie behind the one before it.
     #[error(", {0}: position {1} m does not lie behind the one before it")]
     Order(RowPlace, f64),
+    /// A log whose time stands still.
+    #[error(
+        ": of its first {rows} rows {still} repeat the time of the row before them or go back, which is no log of \
+         drives; is the column of the time the right one?"
+    )]
+    Still {
+        /// Rows that do.
+        still: usize,
+        /// Rows that were read.
+        rows: usize,
+    },
     /// Numbers that are no drive cycle.
     #[error(": {0}")]
     DriveCycle(DriveCycleError),

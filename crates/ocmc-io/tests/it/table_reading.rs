@@ -2,7 +2,7 @@
 
 use ocmc_io::table::formats::{CURVES, ENGINE_CURVES, LOG};
 use ocmc_io::table::{Mapping, Quantity, Schema, Source, Table};
-use ocmc_io::{curve_table, drive_cycle};
+use ocmc_io::{curve_table, drive_cycle, log};
 use std::fs;
 use std::path::Path;
 
@@ -61,6 +61,25 @@ fn what_is_wrong_is_said_with_its_place() {
         let message = curve_table::read(Source::File(&path), &[]).unwrap_err().to_string();
         assert!(message.contains("is in UTF-16; save it in UTF-8"), "{message}");
     }
+}
+
+/// What is no drive in its first rows is not read to its end: what is wrong further down is not
+/// met.
+#[test]
+fn what_stands_still_is_not_read_to_its_end() {
+    let path = Path::new("t.csv");
+    let cycle = "time_s,speed_mps\n0,1\n0,1\n1,1\n2,never\n";
+    let error = drive_cycle::read(Source::Text(path, cycle), &[]).unwrap_err().to_string();
+    assert!(error.contains("at point 2, `time since the point before` is 0"), "{error}");
+    let rows = "0,10,0\n".repeat(100_000);
+    let log = format!("time_s,speed_mps,yaw_rate_radps\n{rows}");
+    let needs: [log::Need; 1] = [&[Quantity::Time]];
+    let error = log::read(Source::Text(path, &log), &[], &needs).unwrap_err().to_string();
+    assert!(error.contains("of its first 100000 rows 99999 repeat the time"), "{error}");
+    // a clock of whole seconds over a log of 50 Hz goes on
+    let rows: String = (0..110_000).map(|k| format!("{},10,0\n", k / 50)).collect();
+    let log = format!("time_s,speed_mps,yaw_rate_radps\n{rows}");
+    assert_eq!(log::read(Source::Text(path, &log), &[], &needs).unwrap().rows, 110_000);
 }
 
 #[test]
