@@ -70,9 +70,20 @@ fn damage(
 #[test]
 fn a_flipped_bit_or_a_cut_end_of_a_finished_run_is_named() {
     let parent = tempfile::tempdir().expect("a directory");
-    for (format, seed) in [("parquet", 1), ("csv", 2)] {
-        let out = parent.path().join(format);
-        run_into(&out, &["--cycles", "60", "--format", format]);
+    // with the tables of trucks, and of charging
+    let fleet =
+        ["--study", "electric-regional", "--trucks", "3", "--trips", "4", "--format", "csv"];
+    for (name, arguments, seed) in [
+        ("parquet", &["--cycles", "60"][..], 1),
+        ("csv", &["--cycles", "60", "--format", "csv"], 2),
+        ("fleet", &fleet, 3),
+    ] {
+        let out = parent.path().join(name);
+        run_into(&out, arguments);
+        assert!(
+            name != "fleet"
+                || out.join("trucks.csv").exists() && out.join("chargings.csv").exists()
+        );
         ocmc(&["report"]).arg(&out).assert().success();
         assert!(verify(&out).expect("a run").is_whole());
         damage(&out, [250, 75], seed, |file| {

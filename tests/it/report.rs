@@ -26,6 +26,22 @@ fn a_report_lies_beside_the_run_or_where_it_is_asked_for() {
     ocmc(&["--resume", "--out"]).arg(&run).assert().success();
 }
 
+#[cfg(unix)]
+#[test]
+fn a_report_is_not_written_through_a_link() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (run, other) = (parent.path().join("run"), parent.path().join("other"));
+    run_into(&run, &["--cycles", "10"]);
+    fs::write(&other, "theirs").expect("space");
+    std::os::unix::fs::symlink(&other, run.join("report.html")).expect("space");
+    let output = ocmc(&["report"]).arg(&run).output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("is a symbolic link"));
+    assert_eq!(fs::read_to_string(&other).expect("there"), "theirs");
+    // where it is asked for the user knows
+    ocmc(&["report", "--out"]).arg(run.join("report.html")).arg(&run).assert().success();
+}
+
 #[test]
 fn the_energy_of_a_saturated_run_adds_up() {
     let parent = tempfile::tempdir().expect("a directory");

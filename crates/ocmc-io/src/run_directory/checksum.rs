@@ -41,6 +41,9 @@ impl Checksums {
     /// Reads them; none where a directory has no such file.
     pub(super) fn read(directory: &Path) -> Result<Option<Self>, RunDirectoryError> {
         let path = directory.join(CHECKSUMS);
+        if path.is_symlink() {
+            return Err(damaged(&path, "it is a symbolic link, and what it names is not ours"));
+        }
         let text = match input_file::read_to_string(&path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
