@@ -144,6 +144,12 @@ fn nobody_learns_whether_a_file_is_there() {
         assert!(!said.contains("root:"), "{said}");
     }
     ocmc(&["drive", "a.csv", "--no-files"]).assert().code(2);
+    for job in ["a.vecto", "/etc/passwd.vecto"] {
+        let output = ocmc(&["vecto", job, "--no-files"]).output().expect("it starts");
+        assert_eq!(output.status.code(), Some(1));
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        assert!(said.contains("is a job, which names files"), "{said}");
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `ocmc vecto`: VECTO's results beside what is computed here, from VECTO's own files.
 
+use crate::arguments::FileOptions;
 use crate::failure::Failure;
 use crate::output;
 use clap::Args;
@@ -24,6 +25,8 @@ pub(crate) struct VectoArguments {
     /// be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    files: FileOptions,
     /// The answer as JSON
     #[arg(long)]
     json: bool,
@@ -31,12 +34,13 @@ pub(crate) struct VectoArguments {
 
 /// Compares and prints.
 pub(crate) fn vecto(arguments: &VectoArguments) -> Result<(), Failure> {
-    let VectoArguments { truck, missions, results, set, json } = arguments;
+    let VectoArguments { truck, missions, results, set, files, json } = arguments;
     let request = VectoRequest {
         truck: VectoTruck::named(truck),
         missions: missions.clone(),
         results: results.clone(),
         sets: set.clone(),
+        files: files.files(),
     };
     output::print(&ocmc_api::vecto(&request)?, *json)
 }

@@ -21,6 +21,12 @@ pub enum ComparisonError {
     /// A plan of VECTO's driver that is no drive cycle.
     #[error("VECTO's driver does not get along the mission: {0}")]
     Plan(DriveCycleError),
+    /// A job where no files are allowed.
+    #[error(
+        "`{}` is a job, which names files, and --no-files allows none; allowed is the name of a built-in vehicle",
+        .0.display()
+    )]
+    Refused(PathBuf),
     /// No result to compare with.
     #[error(
         "there is no result of VECTO to compare with: give time series or sums (`--result FILE.vmod`), or put time series beside the job, whose name theirs begin with"

@@ -16,6 +16,7 @@ use crate::driver::VectoDriver;
 use crate::file::{MissionFile, declared_driver};
 use matching::{Case, Result as FoundResult};
 use ocmc_core::powertrain::ShiftConvention;
+use ocmc_io::study::Files;
 use serde::Serialize;
 use std::path::PathBuf;
 use truck::ComparedTruck;
@@ -31,6 +32,8 @@ pub struct VectoRequest {
     pub results: Vec<PathBuf>,
     /// Values of the truck's study that are replaced, each as `KEY=VALUE`.
     pub sets: Vec<String>,
+    /// Files that the truck may be or name; those of a job are allowed or refused with them.
+    pub files: Files,
 }
 
 /// The comparisons.
@@ -128,6 +131,9 @@ impl VectoRun {
 /// # Errors
 /// [`ComparisonError`] names a file that cannot be used, and what is allowed.
 pub fn vecto(request: &VectoRequest) -> Result<VectoAnswer, ComparisonError> {
+    if let (VectoTruck::Job(path), Files::Refused) = (&request.truck, &request.files) {
+        return Err(ComparisonError::Refused(path.clone()));
+    }
     let job = request.truck.job()?;
     let cases = matching::cases(&request.missions, &request.results, job.as_ref())?;
     let driver = job.as_ref().map_or_else(declared_driver, |job| job.driver().clone());

@@ -84,13 +84,13 @@ impl ComparedTruck {
             .to_owned();
         let auxiliary = format!("vehicle.auxiliary_power_w={auxiliary_w}");
         let mut sets = [vec![without, auxiliary], request.sets.clone()].concat();
-        let curb_kg = load_json(&study, &sets)?.model.vehicle.curb_mass_kg;
+        let curb_kg = load_json(&study, &sets, &request.files)?.model.vehicle.curb_mass_kg;
         let payload_kg = gross_mass_kg - curb_kg;
         if payload_kg < -0.5 {
             return Err(ComparisonError::TooLight { gross_mass_kg, curb_kg });
         }
         sets.push(format!("mission.payload_kg={}", payload_kg.max(0.0)));
-        let loaded = load_json(&study, &sets)?;
+        let loaded = load_json(&study, &sets, &request.files)?;
         // VECTO's clutch slips in all gears, a little above the idle speed
         if let Some(combustion) = loaded.study.vehicle().powertrain.combustion() {
             let idle_radps = combustion.engine_model.idle_speed_radps;
@@ -99,7 +99,7 @@ impl ComparedTruck {
             sets.push(format!("{shift}.launch_gears={}", combustion.gears.len()));
             sets.push(format!("{shift}.launch_speed_radps={slips_radps}"));
         }
-        let loaded = load_json(&study, &sets)?;
+        let loaded = load_json(&study, &sets, &request.files)?;
         let scenario = loaded.study.sample(1, 0);
         let model = &loaded.model.vehicle;
         let (drag_area_m2, by_speed) =
@@ -192,10 +192,14 @@ impl ComparedTruck {
             "road": { "types": { "urban": even, "rural": even, "motorway": even } },
             "simulation": { "without": ["traffic", "driver_spread", "vehicle_spread"] },
         });
-        Ok(load_json(&study, &request.sets)?)
+        Ok(load_json(&study, &request.sets, &request.files)?)
     }
 }
 
-fn load_json(study: &serde_json::Value, sets: &[String]) -> Result<LoadedStudy, StudyFileError> {
-    open(&Given::Dictionary(study), &Files::here().reading(VEHICLES), sets)
+fn load_json(
+    study: &serde_json::Value,
+    sets: &[String],
+    files: &Files,
+) -> Result<LoadedStudy, StudyFileError> {
+    open(&Given::Dictionary(study), &files.reading(VEHICLES), sets)
 }
