@@ -32,6 +32,7 @@ __all__ = [
     "simulator_study",
     "studies",
     "unpickled",
+    "unpickled_table",
     "validate",
     "vehicles",
 ]
@@ -212,6 +213,7 @@ def joined(parts: Sequence[Run], wall_s: float, threads: int) -> Run: ...
 def unpickled(
     manifest: str, wall_s: float, threads: int, ended_at: str, stream: bytes, sum: bytes
 ) -> Run: ...
+def unpickled_table(stream: bytes, sum: bytes) -> Table: ...
 
 @final
 class Study:
@@ -374,6 +376,7 @@ class Table:
     def __len__(self) -> int: ...
     def __arrow_c_schema__(self) -> object: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+    def __reduce__(self) -> tuple[Callable[..., Table], tuple[bytes, bytes]]: ...
 
 @final
 class OperatingCycle:

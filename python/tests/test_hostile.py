@@ -126,6 +126,7 @@ def test_hostile_arguments(study, run, value, tmp_path, monkeypatch):
     tried(ocmc.fit_curve_speed, value)
     tried(_ocmc.unpickled, value, 1.0, 1, b"", b"")
     tried(_ocmc.unpickled, "{}", 1.0, 1, value, value)
+    tried(_ocmc.unpickled_table, value, value)
     tried(_ocmc.joined, value, 1.0, 1)
     good = {"driver": ["a"] * 4, "radius_m": [50.0, 100, 200, 400], "speed_mps": [9.0, 14, 20, 27]}
     for name in [

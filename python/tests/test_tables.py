@@ -184,6 +184,12 @@ def test_a_pickled_run_is_the_same(run, tmp_path):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
 
+def test_a_pickled_table_is_the_same(study, run):
+    for table in [run.records, study.trace(3), study.operating_cycle(0).to_table()]:
+        other = pickle.loads(pickle.dumps(table))
+        assert pa.table(other).equals(pa.table(table))
+
+
 def test_notebooks_show_tables(study, run):
     for shown in [study, run, run.summary(), run.records, study.trace(3)]:
         html = shown._repr_html_()

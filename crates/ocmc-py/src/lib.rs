@@ -15,6 +15,7 @@ mod given;
 mod input;
 mod log;
 mod operating_cycle;
+mod pickle;
 mod plan;
 mod progress;
 mod question;
@@ -55,6 +56,7 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(study::studies, module)?)?;
     module.add_function(wrap_pyfunction!(study::vehicles, module)?)?;
     module.add_function(wrap_pyfunction!(run::unpickled, module)?)?;
+    module.add_function(wrap_pyfunction!(pickle::unpickled_table, module)?)?;
     module.add_function(wrap_pyfunction!(label_of, module)?)?;
     module.add_function(wrap_pyfunction!(run_from, module)?)
 }

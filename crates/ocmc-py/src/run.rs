@@ -2,13 +2,12 @@
 //! together again.
 
 use crate::error::exception;
+use crate::pickle::{broken, checksum, read, stream_of};
 use crate::progress::watched;
 use crate::study::PyStudy;
 use crate::table::Table;
 use crate::value::one_of;
 use arrow_array::RecordBatch;
-use arrow_ipc::reader::StreamReader;
-use arrow_ipc::writer::StreamWriter;
 use arrow_schema::SchemaRef;
 use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
@@ -19,8 +18,6 @@ use ocmc_api::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyIterator};
-use sha2::{Digest, Sha256};
-use std::fmt::Display;
 use std::path::PathBuf;
 
 /// The records of a run, one a cycle, in the order of the cycle ids.
@@ -412,29 +409,13 @@ impl PyRun {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let manifest = serde_json::to_string(&self.answer.manifest).expect("numbers and words");
-        let written = py.detach(|| {
-            let mut writer = StreamWriter::try_new(Vec::new(), &self.records.schema)?;
-            self.records.batches.iter().try_for_each(|batch| writer.write(batch))?;
-            writer.into_inner()
-        });
-        let stream = PyBytes::new(py, &written.map_err(broken)?);
+        let stream = PyBytes::new(py, &py.detach(|| stream_of(&self.records))?);
         let make = py.import("ocmc._ocmc")?.getattr("unpickled")?;
         let sum = checksum(&manifest, stream.as_bytes());
         let summary = &self.answer.summary;
         let ended_at = summary.ended_at.clone();
         Ok((make, (manifest, summary.wall_s, summary.threads, ended_at, stream, sum)))
     }
-}
-
-/// What is no pickled run.
-fn broken(error: impl Display) -> PyErr {
-    PyValueError::new_err(format!("no pickled run: {error}"))
-}
-
-/// What tells a pickled run that is whole from one that is not: arrow-ipc panics on some broken
-/// streams.
-fn checksum(manifest: &str, stream: &[u8]) -> Vec<u8> {
-    Sha256::new().chain_update(manifest).chain_update(stream).finalize().to_vec()
 }
 
 /// A pickled run: its manifest (JSON), what was measured, its records, and the checksum of all
@@ -449,23 +430,18 @@ pub(crate) fn unpickled(
     stream: &[u8],
     sum: &[u8],
 ) -> PyResult<PyRun> {
-    if checksum(manifest, stream) != sum {
-        return Err(broken("its checksum is another one"));
-    }
-    if let Some(version) = Manifest::other_version(manifest) {
-        return Err(broken(format!("version {version} of the program wrote it")));
-    }
-    let manifest: Manifest = serde_json::from_str(manifest).map_err(broken)?;
     py.detach(|| {
-        let mut batches = Vec::new();
-        let groups = StreamReader::try_new(stream, None).map_err(broken)?.map(|batch| {
-            let batch = batch.map_err(broken)?;
-            let ours = in_our_order(&batch).map_err(broken)?;
+        let (_, batches) = read(manifest, stream, sum)?;
+        if let Some(version) = Manifest::other_version(manifest) {
+            return Err(broken(format!("version {version} of the program wrote it")));
+        }
+        let manifest: Manifest = serde_json::from_str(manifest).map_err(broken)?;
+        let groups = batches.iter().map(|batch| {
+            let ours = in_our_order(batch).map_err(broken)?;
             if batch.schema() != ours.schema() {
                 return Err(broken("its records have other columns"));
             }
-            batches.push(batch.clone());
-            records(&batch).map_err(broken)
+            records(batch).map_err(broken)
         });
         let mut answer = summed_up(manifest, Origin::Dictionary, (wall_s, threads), groups)?;
         answer.summary.ended_at = ended_at;

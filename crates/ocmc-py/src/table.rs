@@ -1,5 +1,6 @@
 //! `ocmc.Table`: columns of equal length, for all that speak Arrow or numpy.
 
+use crate::pickle::{checksum, stream_of};
 use crate::value::shown;
 use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
@@ -13,11 +14,14 @@ use numpy::PyArray1;
 use ocmc_api::TableColumn;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
+use pyo3::types::{PyBytes, PyCapsule, PyDict, PyIterator, PyList};
 use pyo3_arrow::PySchema;
 use pyo3_arrow::error::PyArrowResult;
 use pyo3_arrow::ffi::to_schema_pycapsule;
 use std::sync::Arc;
+
+/// What `unpickled_table` makes a table of.
+type Pickled<'py> = (Bound<'py, PyBytes>, Vec<u8>);
 
 /// A column of numbers.
 pub(crate) fn numbers(numbers: impl Iterator<Item = Option<f64>>) -> ArrayRef {
@@ -211,6 +215,12 @@ impl Table {
 
     fn _ipython_key_completions_(&self) -> Vec<&str> {
         self.columns()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
+        let stream = PyBytes::new(py, &py.detach(|| stream_of(self))?);
+        let sum = checksum("", stream.as_bytes());
+        Ok((py.import("ocmc._ocmc")?.getattr("unpickled_table")?, (stream, sum)))
     }
 
     fn __repr__(&self) -> String {
