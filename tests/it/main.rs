@@ -50,6 +50,7 @@ mod parts;
 mod precision;
 mod prescribed;
 mod program;
+mod random_studies;
 mod range;
 mod report;
 mod rest;
