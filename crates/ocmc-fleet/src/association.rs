@@ -8,7 +8,10 @@
 //! ε² = 1 − (SS_within/(n − k)) / (SS/(n − 1))
 //!
 //! the correlation ratio, freed of its bias (T. L. Kelley, *Proc. Natl. Acad. Sci.* 21 (1935) 554
-//! \[PK\]). It says what goes together, not what causes what: columns that go with one another
+//! \[PK\]). Where y does not go with x at all, n (1 − SS_within/SS) follows χ²(k − 1) for large n:
+//! the share is above (q − (k − 1))/n once in 2000 times, with q the 99.95 % quantile of that law
+//! by Wilson and Hilferty (*Proc. Natl. Acad. Sci.* 17 (1931) 684 \[PK\]). So much is chance, and
+//! among twenty columns it is exceeded in one of a hundred reports. It says what goes together, not what causes what: columns that go with one another
 //! share their shares. [`super::sensitivity`] separates causes.
 
 use super::quantile::quantile;
@@ -34,6 +37,8 @@ pub struct Association {
     /// Share of the variance of y between the bands; about 0, on either side, where y does not go
     /// with x.
     pub share: f64,
+    /// Share that chance gives once in 2000 times.
+    pub by_chance: f64,
     /// The bands, from the lowest x.
     pub bands: Vec<Band>,
 }
@@ -68,7 +73,19 @@ pub fn association(pairs: &[(f64, f64)]) -> Option<Association> {
             y: [0.1, 0.5, 0.9].map(|level| quantile(&y, level).unwrap_or(f64::NAN)),
         }
     };
-    Some(Association { share, bands: groups.iter().map(band).collect() })
+    let by_chance = by_chance(groups.len(), n);
+    Some(Association { share, by_chance, bands: groups.iter().map(band).collect() })
+}
+
+/// The normal quantile of 99.95 %.
+const RARE: f64 = 3.290_526_731_491_926;
+
+/// Share that chance gives once in 2000 times with so many bands and cycles.
+fn by_chance(bands: usize, n: usize) -> f64 {
+    let df = bands as f64 - 1.0;
+    let spread = 2.0 / (9.0 * df);
+    let cube_root = 1.0 - spread + RARE * libm::sqrt(spread);
+    df * (cube_root * cube_root * cube_root - 1.0) / n as f64
 }
 
 /// Tenths of sorted pairs.
@@ -122,6 +139,7 @@ pub fn association_beside(triples: &[(f64, f64, f64)]) -> Option<Association> {
     let pairs: Vec<(f64, f64)> = all.iter().zip(left).map(|((_, x, _), y)| (*x, y)).collect();
     let mut found = association(&pairs)?;
     found.share *= rest / whole;
+    found.by_chance *= rest / whole;
     Some(found)
 }
 
@@ -143,6 +161,23 @@ mod tests {
         // the share of ten bands of noise has a standard error of about √(2·9)/5000
         let share = association(&noise).expect("it varies").share;
         assert!(share.abs() < 4.0 * 18f64.sqrt() / 5000.0, "{share}");
+    }
+
+    #[test]
+    fn noise_is_rarely_more_than_chance() {
+        // the 99.95 % quantiles of χ²(9) and χ²(1)
+        assert!((by_chance(10, 1) - (29.666 - 9.0)).abs() < 0.05, "{}", by_chance(10, 1));
+        assert!((by_chance(2, 1) - (12.116 - 1.0)).abs() < 0.15, "{}", by_chance(2, 1));
+        let mut draws = Draws::new(4, 0, Stream::Curve);
+        let mut more = 0;
+        for _ in 0..4000 {
+            let noise: Vec<(f64, f64)> =
+                (0..200).map(|_| (draws.normal(), draws.normal())).collect();
+            let found = association(&noise).expect("it varies");
+            more += usize::from(found.share > found.by_chance);
+        }
+        // two are to be expected, of an F law with few rows some more
+        assert!(more <= 12, "{more}");
     }
 
     #[test]

@@ -150,7 +150,9 @@ pub enum SensitivityError {
         dropped: u64,
     },
     /// Every cycle has the same value.
-    #[error("`{column}` is the same in every cycle: there is no variance to share out")]
+    #[error(
+        "`{column}` is the same in every cycle but for rounding: there is no variance to share out"
+    )]
     NoSpread {
         /// Name of the quantity.
         column: &'static str,
@@ -234,6 +236,11 @@ pub struct Design {
     pub first_row: u64,
     /// The values of each column; none where a cycle failed or has no value.
     pub values: Vec<Vec<Option<f64>>>,
+}
+
+/// Whether a quantity varies by more than rounding: its SD is a billionth of its mean or more.
+pub(super) fn varies(mean: f64, variance: f64) -> bool {
+    variance > 0.0 && libm::sqrt(variance) > 1e-9 * mean.abs()
 }
 
 impl Design {
@@ -329,7 +336,7 @@ fn share_out(
     let ab = (2..designs.len()).map(design).collect();
     let outputs = Outputs { a: design(0), b: design(1), ab, groups: dependent };
     let (mean, variance) = outputs.moments();
-    if !(variance > 0.0) {
+    if !varies(mean, variance) {
         return Err(SensitivityError::NoSpread { column });
     }
     let shares = outputs.shares(plan.seed);

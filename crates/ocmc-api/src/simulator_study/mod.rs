@@ -27,14 +27,15 @@ use paper::PRINTED;
 use recorded::Recorded;
 use serde::Serialize;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Drivers of a repetition: one for each route of the study.
 pub const SIMULATOR_DRIVERS: u64 = 8;
+/// Fewest repetitions of which nine tenths are a range.
+const FEWEST_FOR_RANGE: usize = 20;
 /// Most repetitions: the curves and changes of all of them are held.
 pub const MOST_REPETITIONS: u64 = 10_000;
-/// Drives that a thread makes before the others are waited for.
-const BATCH: usize = 8;
 
 /// The study, and how often it is repeated.
 #[derive(Clone, Debug)]
@@ -113,8 +114,9 @@ pub fn simulator_study(
     let plan = RunPlan::new(seed, 0, cycles, threads, None);
     let progress = |done| Progress { what: "drives", done, total: cycles };
     progress(0).look(watch)?;
-    let one = |id: u64| Recorded::of(&study.study, seed, id, id < SIMULATOR_DRIVERS);
-    let drives = progress(0).ended(each(&plan, BATCH, &one, |done| watch(progress(done))))?;
+    let one =
+        |id: u64, _: &AtomicBool| Recorded::of(&study.study, seed, id, id < SIMULATOR_DRIVERS);
+    let drives = progress(0).ended(each(&plan, &one, |done| watch(progress(done))))?;
     let mut all = Vec::with_capacity(drives.len());
     let (mut curves, mut changes, mut left_out) = (Vec::new(), Vec::new(), 0);
     for (id, drive) in drives.into_iter().enumerate() {
@@ -141,6 +143,7 @@ pub fn simulator_study(
     let named = |error| Error::Fit(PathBuf::from(&study.model.study.name), error);
     let mut fits = Vec::new();
     for repetition in 0..repetitions {
+        Progress { what: "repetitions", done: repetition, total: repetitions }.look(watch)?;
         let own = curves.iter().filter(|curve| curve.repetition == repetition);
         let speeds = curve_table(own);
         let speeds = fit_curve_speed(&speeds, &CurveSpeedOptions::default())
@@ -156,8 +159,10 @@ pub fn simulator_study(
             let values = fits.iter().filter_map(|(curves, changes)| of(curves, changes));
             let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
             values.sort_by(f64::total_cmp);
+            let n = values.len();
             let at = |share| quantile(&values, share);
-            let (median, p5, p95, n) = (at(0.5), at(0.05), at(0.95), values.len());
+            let end = |share| at(share).filter(|_| n >= FEWEST_FOR_RANGE);
+            let (median, p5, p95) = (at(0.5), end(0.05), end(0.95));
             ComparedNumber { table, quantity, paper, median, p5, p95, n }
         })
         .collect();

@@ -4,6 +4,7 @@ use super::SimulatorStudyAnswer;
 use crate::answer::Answer;
 use crate::text::{fact, table, took};
 use ocmc_io::number_text::{count_of, grouped, rounded};
+use std::fmt::Write;
 
 impl SimulatorStudyAnswer {
     /// What was driven.
@@ -33,12 +34,23 @@ impl Answer for SimulatorStudyAnswer {
                 row.quantity.to_owned(),
                 rounded(row.paper),
                 number(row.median),
-                format!("{} to {}", number(row.p5), number(row.p95)),
+                row.p5.zip(row.p95).map_or("-".to_owned(), |(low, high)| {
+                    let outside = if row.within() == Some(false) { " *" } else { "" };
+                    format!("{} to {}{outside}", rounded(low), rounded(high))
+                }),
             ]
         });
         text.push('\n');
         let head = ["", "", "paper", "program", "90 % of repetitions"];
         text.push_str(&table(&[36, 26, 9, 9, 22], &head, rows.collect::<Vec<_>>()));
+        let outside = self.compared.iter().filter(|row| row.within() == Some(false)).count();
+        if outside > 0 {
+            let _ = writeln!(
+                text,
+                "* The paper's number lies outside, in {outside} of {}.",
+                self.compared.len()
+            );
+        }
         if !self.events.is_empty() {
             text.push('\n');
             for (name, uphill) in [("uphill", true), ("downhill", false)] {

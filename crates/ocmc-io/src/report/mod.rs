@@ -52,17 +52,15 @@ const STYLE: &str = include_str!("style.css");
 ///
 /// The rolling coefficient is not among them: a tyre's coefficient falls with its load, so that the
 /// column goes with the payload and would show the payload's effect once more. The factor that is
-/// sampled is not in the records; `ocmc sensitivity` has its share.
-const EXPLAINING: [(&str, &str, f64, bool); 17] = [
+/// sampled is not in the records; `ocmc sensitivity` has its share. Speed, stops and gear shifts are
+/// outcomes, as the consumption is.
+const EXPLAINING: [(&str, &str, f64, bool); 14] = [
     ("payload_kg", "payload, t", 1e-3, false),
     ("climb_m", "climb, m", 1.0, true),
     ("mean_limit_mps", "mean of the signs, km/h", 3.6, false),
-    ("mean_speed_mps", "speed, km/h", 3.6, false),
     ("urban_share", "urban share, %", 100.0, false),
     ("motorway_share", "motorway share, %", 100.0, false),
     ("n_curves", "curves", 1.0, true),
-    ("n_stops", "stops", 1.0, true),
-    ("n_gear_shifts", "gear shifts", 1.0, true),
     ("air_temperature_k", "air temperature, K", 1.0, false),
     ("head_wind_mps", "head wind, m/s", 1.0, false),
     ("drag_area_m2", "drag area, m²", 1.0, false),
@@ -75,6 +73,9 @@ const EXPLAINING: [(&str, &str, f64, bool); 17] = [
 
 /// Place of the payload among them, beside which the others are seen.
 const PAYLOAD: usize = 0;
+
+/// Least share that is shown.
+const LEAST_SHARE: f64 = 0.005;
 
 /// Pictures of what goes with the consumption.
 const SHOWN: usize = 9;
@@ -242,9 +243,13 @@ fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining>
     strongest(found)
 }
 
-/// Those that are shown, the strongest first: a share that rounds to nothing says nothing.
+/// Those that are shown, the strongest first: a share that chance gives, too, or that rounds to
+/// nothing, says nothing.
 fn strongest(mut found: Vec<Explaining>) -> Vec<Explaining> {
-    found.retain(|explaining| explaining.association.share >= 0.005);
+    found.retain(|explaining| {
+        let Association { share, by_chance, .. } = explaining.association;
+        share >= LEAST_SHARE.max(by_chance)
+    });
     found.sort_by(|a, b| b.association.share.total_cmp(&a.association.share));
     found.truncate(SHOWN);
     found
@@ -258,7 +263,7 @@ fn explained(found: &[Explaining], statistic: &Statistic) -> String {
     let (unit, _) = label(statistic.column);
     let mut text = format!(
         "<h2>What goes with the spread</h2>\n<p>{} over tenths of the cycles, sorted by each quantity, whose values stand below the first, the \
-         middle and the last of them: the line is the median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths. All but \
+         middle and the last of them: the line is the median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths, freed of what chance gives; quantities whose share chance gives, too, are not shown. All but \
          the payload are seen beside it: what goes with a cycle's payload is taken off its value first. It \
          says what goes together; <code>ocmc sensitivity</code> says what causes the spread.</p>\n",
         escaped(unit)

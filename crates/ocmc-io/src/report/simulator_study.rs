@@ -20,7 +20,7 @@ pub struct ComparedNumber {
     pub paper: f64,
     /// Median over the repetitions; none where no repetition has it.
     pub median: Option<f64>,
-    /// A twentieth of the repetitions lies below.
+    /// A twentieth of the repetitions lies below; none of fewer than twenty.
     pub p5: Option<f64>,
     /// A twentieth of the repetitions lies above.
     pub p95: Option<f64>,

@@ -115,7 +115,7 @@ fn a_share_that_rounds_to_nothing_is_not_shown() {
     let of = |share: f64| Explaining {
         name: format!("{share}"),
         factor: 1.0,
-        association: Association { share, bands: Vec::new() },
+        association: Association { share, by_chance: 0.0, bands: Vec::new() },
     };
     let names = |found: Vec<Explaining>| -> Vec<String> {
         strongest(found).into_iter().map(|explaining| explaining.name).collect()
