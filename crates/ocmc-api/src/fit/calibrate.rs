@@ -86,7 +86,9 @@ pub fn calibrate_curve_speed(
     ];
     let errors = errors.map(|error| of_driver("curve_speed", error));
     let part = FittedPart::new(&study.model, &["driver", "curve_speed"], &law);
-    let part = part.with_errors(&study.model, "curve_speed", errors);
+    // the errors of the other two are those of the law itself
+    let together = |_: &str, _: &str| fit.error_correlation[2][3];
+    let part = part.with_correlated_errors(&study.model, "curve_speed", errors, &together);
     let (text, warnings) = (text(&fit), warnings(&fit));
     Ok(FitAnswer::new(fit, &text, warnings, &part))
 }

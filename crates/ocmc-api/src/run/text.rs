@@ -12,7 +12,7 @@ use ocmc_fleet::precision::{Precision, Reached};
 use ocmc_fleet::statistic::Statistic;
 use ocmc_fleet::summary::Summary;
 use ocmc_io::label::{label, remarks, saturation};
-use ocmc_io::number_text::{decimals, grouped, rough, rounded, rounded_share, short};
+use ocmc_io::number_text::{count_of, decimals, grouped, rough, rounded, rounded_share, short};
 use ocmc_io::run_directory::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;
@@ -27,7 +27,7 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
         let few = run.note.map_or_else(String::new, |note| format!("Intervals: {note}.\n"));
         let remarks: String =
             remarks(&run.summary).into_iter().map(|remark| remark + "\n").collect();
-        let _ = write!(text, "\n{table}{few}{remarks}{}", uncertain(&run.summary));
+        let _ = write!(text, "\n{table}{few}{remarks}{}", uncertain(answer));
         if let Some(statistic) = run.summary.consumption() {
             let _ = write!(text, "\n{}", histogram_chart(statistic, width));
         }
@@ -90,7 +90,8 @@ fn precision(reached: &Reached) -> String {
 }
 
 /// How sure the mean is when the parameters are not, where the study says how uncertain they are.
-fn uncertain(summary: &Summary) -> String {
+fn uncertain(answer: &RunAnswer) -> String {
+    let summary = &answer.summary.summary;
     let Some(uncertainty) = &summary.parameter_uncertainty else { return String::new() };
     let (name, factor) = label(&uncertainty.column);
     let [low, high] = uncertainty.ci95;
@@ -105,12 +106,19 @@ fn uncertain(summary: &Summary) -> String {
     for effect in effects(uncertainty, factor) {
         let _ = writeln!(text, "  {effect}");
     }
+    let known: Vec<&str> = uncertainty.parameters.iter().map(|number| &*number.key).collect();
+    let without = answer.manifest.numbers_without_error(&known);
+    let count: usize = without.iter().map(|(_, count)| count).sum();
+    let tables: Vec<String> =
+        without.iter().map(|(table, count)| format!("{count} of `{table}`")).collect();
     let driven = 2 * uncertainty.cycles * uncertainty.parameters.len() as u64;
     let _ = writeln!(
         text,
         "It took {} more cycles, on both sides of the numbers, which are not counted above.\n\
-         Not in it: numbers without a standard error, and how right the models are.",
-        grouped(driven)
+         Not in it: {} without a standard error ({}), and how right the models are.",
+        grouped(driven),
+        count_of(count as u64, "number"),
+        tables.join(", ")
     );
     text
 }

@@ -62,6 +62,10 @@ pub struct CurveSpeedModel {
     /// Standard error of ln v₀, clustered by truck.
     #[schemars(range(min = 0.0, max = 0.5))]
     pub reference_speed_log_standard_error: f64,
+    /// Correlation of the errors of δ and ln v₀.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = -1.0, max = 1.0))]
+    pub error_correlation: f64,
     /// Standard deviation of the driver effect α.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub driver_sd: f64,
@@ -102,6 +106,12 @@ pub struct CurveSpeedTable {
     /// Speed v₀ of each truck, in m/s.
     #[schemars(inner(range(min = 3.0, max = 60.0)))]
     pub reference_speed_mps: Vec<f64>,
+}
+
+/// Whether errors do not go together: what a study does not say.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde lends the value")]
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 impl CurveSpeedModel {
@@ -173,8 +183,11 @@ impl CurveSpeedModel {
             _ => {
                 let (mut exponent, mut log_speed) = (self.exponent, typical_log_speed);
                 if let Some(epistemic) = &mut epistemic {
-                    exponent += self.exponent_standard_error * epistemic.normal();
-                    log_speed += self.reference_speed_log_standard_error * epistemic.normal();
+                    let (x, y, r) =
+                        (epistemic.normal(), epistemic.normal(), self.error_correlation);
+                    exponent += self.exponent_standard_error * x;
+                    log_speed += self.reference_speed_log_standard_error
+                        * (r * x + libm::sqrt(1.0 - r * r) * y);
                 }
                 if spread {
                     log_speed += self.driver_sd * draws.normal();
@@ -295,6 +308,7 @@ mod tests {
             exponent: 0.46,
             exponent_standard_error: 0.0047,
             reference_speed_log_standard_error: 0.0112,
+            error_correlation: 0.0,
             driver_sd: 0.056,
             direction_effect: 0.002,
             residual_sd: 0.177,

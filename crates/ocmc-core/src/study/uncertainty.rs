@@ -6,6 +6,9 @@
 //! are independent. The law of curve speeds has keys of its own for it, because its forms `table`
 //! and `bivariate` are uncertain as their trucks are few: the errors of the mean exponent and the
 //! mean speed of n trucks have the covariance of the trucks, divided by n.
+//!
+//! One of several shares whose sum stays the same moves along the simplex: the others give way in
+//! proportion. A whole list of shares is moved by its first one.
 
 use super::{Study, StudyError, StudyModel};
 use crate::driver::curve_speed::CurveSpeedModel;
@@ -52,14 +55,39 @@ pub struct Uncertainty {
 
 const CURVE_SPEED: &str = "driver.curve_speed";
 
+/// Tables of a study whose numbers describe no road, driver or truck.
+const NO_MODELS: [&str; 5] = ["study", "simulation", "uncertainty", "cost", "emissions"];
+
+/// Numbers of a study's models that have no standard error, counted by table: a list counts once.
+/// `known` has the paths of those that have one.
+pub fn numbers_without_error(study: &Value, known: &[&str]) -> Vec<(String, usize)> {
+    let tables = study.as_object().into_iter().flatten();
+    let models = tables.filter(|(name, _)| !NO_MODELS.contains(&name.as_str()));
+    let counted = models.map(|(name, table)| (name.clone(), without_error(table, name, known)));
+    counted.filter(|(_, count)| *count > 0).collect()
+}
+
+fn without_error(value: &Value, path: &str, known: &[&str]) -> usize {
+    if is_number(value) {
+        return usize::from(known.iter().all(|key| !same_or_part(key, path)));
+    }
+    let below = |name: &str, value: &Value| without_error(value, &format!("{path}.{name}"), known);
+    match value {
+        Value::Object(items) => items.iter().map(|(name, value)| below(name, value)).sum(),
+        Value::Array(items) => {
+            items.iter().enumerate().map(|(k, value)| below(&k.to_string(), value)).sum()
+        }
+        _ => 0,
+    }
+}
+
 impl Estimates {
     fn validate(&self, study: &Value, seen: &mut BTreeSet<String>, problems: &mut Problems) {
         let n = self.keys.len();
         problems.require(n > 0, "keys", "an empty list", "at least one key of the study");
         for key in &self.keys {
-            let model = !["simulation.", "uncertainty.", "cost.", "emissions."]
-                .iter()
-                .any(|head| key.starts_with(head));
+            let head = key.split('.').next().unwrap_or_default();
+            let model = !NO_MODELS.contains(&head);
             let path = model && !key.contains(['/', '~']);
             let number = path && study.pointer(&pointer(key)).is_some_and(is_number);
             let allowed = "a path to a number of the study's models, or to a list of numbers; of a \
@@ -106,7 +134,10 @@ fn of_curve_speed(law: &CurveSpeedModel) -> Estimates {
     Estimates {
         keys: vec![own("exponent"), own("reference_speed_mps")],
         standard_errors: vec![law.exponent_standard_error, speed],
-        correlation: Vec::new(),
+        correlation: match law.error_correlation {
+            0.0 => Vec::new(),
+            r => vec![vec![1.0, r], vec![r, 1.0]],
+        },
     }
 }
 
@@ -210,12 +241,78 @@ impl Study {
     /// [`StudyError`] where such a number is not allowed.
     fn shifted(&self, key: &str, by: f64) -> Result<Self, StudyError> {
         let mut tree = self.model().to_tree();
-        let value = tree.pointer_mut(&pointer(key)).expect("checked: the study has the key");
-        shift(value, by);
+        match Share::of(key).filter(|share| share.number_in(&tree) > 0) {
+            Some(share) => share.shift(&mut tree, by),
+            None => {
+                let value = tree.pointer_mut(&pointer(key));
+                shift(value.expect("checked: the study has the key"), by);
+            }
+        }
         let mut model = StudyModel::from_tree(&tree).expect("a number in the place of another");
         model.driver.curve_speed.parameter_uncertainty = false;
         self.with_model(model)
     }
+}
+
+/// Lists and tables of shares whose sum stays the same.
+const SHARES: [&str; 4] = ["weights", "next", "ground", "share"];
+
+/// One of several shares.
+struct Share<'a> {
+    /// Path of the list or table.
+    around: &'a str,
+    /// Place or name in it; of a list as a whole the first place.
+    place: &'a str,
+}
+
+impl<'a> Share<'a> {
+    /// The share of a path; none where the path leads to something else.
+    fn of(key: &'a str) -> Option<Self> {
+        let is_around =
+            |path: &str| SHARES.contains(&path.rsplit_once('.').map_or(path, |(_, name)| name));
+        if is_around(key) {
+            return Some(Self { around: key, place: "0" });
+        }
+        let (around, place) = key.rsplit_once('.')?;
+        is_around(around).then_some(Self { around, place })
+    }
+
+    /// How many shares there are; 0 where this is no list or table of them.
+    fn number_in(&self, tree: &Value) -> usize {
+        match tree.pointer(&pointer(self.around)) {
+            Some(Value::Array(items)) => items.len(),
+            Some(Value::Object(items)) => items.len(),
+            _ => 0,
+        }
+    }
+
+    /// Makes the share larger by so much; the others give way in proportion.
+    fn shift(&self, tree: &mut Value, by: f64) {
+        let mut shares: Vec<(String, &mut Value)> = match tree.pointer_mut(&pointer(self.around)) {
+            Some(Value::Array(items)) => {
+                items.iter_mut().enumerate().map(|(k, item)| (k.to_string(), item)).collect()
+            }
+            Some(Value::Object(items)) => {
+                items.iter_mut().map(|(name, item)| (name.clone(), item)).collect()
+            }
+            _ => Vec::new(),
+        };
+        let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+        let own = shares.iter().find(|(name, _)| *name == self.place);
+        let own = own.map_or(f64::NAN, |(_, value)| number(value));
+        let rest = shares.iter().map(|(_, value)| number(value)).sum::<f64>() - own;
+        for (name, value) in &mut shares {
+            let less = if *name == self.place { -by } else { by * number(value) / rest };
+            shift(value, -less);
+        }
+    }
+}
+
+/// The list or table of shares to one of which a path leads, and how many there are; none elsewhere.
+pub fn shares_around<'a>(study: &Value, key: &'a str) -> Option<(&'a str, usize)> {
+    let share = Share::of(key)?;
+    let count = share.number_in(study);
+    (count > 0).then_some((share.around, count))
 }
 
 /// Whether two paths lead to the same numbers, or one to a part of the other's.

@@ -27,6 +27,7 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use thiserror::Error;
 
+use super::simulated::watched_curves;
 pub use super::simulated::{Trips, simulated_curves};
 
 /// Numbers of the law.
@@ -150,6 +151,8 @@ pub struct CurveSpeedCalibration {
     pub law: CurveSpeedNumbers,
     /// Standard errors of the law: of ln v₀, δ and the SDs; 0 where a number stays on a bound.
     pub standard_errors: [f64; COUNT],
+    /// Correlation of the errors of the law.
+    pub error_correlation: [[f64; COUNT]; COUNT],
     /// What that law gives.
     pub simulated: CurveSpeedNumbers,
     /// Numbers of the law that stay on a bound: the table is out of reach in them.
@@ -264,8 +267,8 @@ impl MeasuredCurves {
     }
 }
 
-/// Finds the law with which a study gives a measured table back. `look` is asked after each time
-/// that the study was driven, with their number.
+/// Finds the law with which a study gives a measured table back. `look` is asked several times a
+/// second, with the number of times that the study was driven.
 ///
 /// # Errors
 /// [`CalibrationError`].
@@ -357,10 +360,11 @@ impl Driven<'_> {
             .study
             .with_model(model)
             .map_err(|error| CalibrationError::Study(error.to_string()))?;
-        let curves = simulated_curves(&study, trips, &self.options.detection);
+        let Self { look, options, evaluations, .. } = self;
+        let curves = watched_curves(&study, trips, &options.detection, || look(*evaluations));
         self.evaluations += 1;
-        match (self.look)(self.evaluations) {
-            ControlFlow::Continue(()) => Ok(curves),
+        match curves {
+            ControlFlow::Continue(curves) => Ok(curves),
             ControlFlow::Break(()) => Err(CalibrationError::Ended),
         }
     }
@@ -392,6 +396,7 @@ impl Driven<'_> {
         let curves = self.curves(&law, &trips, &[])?;
         let simulated = self.fitted(&curves)?;
         let covariance = measured.covariance + jackknife(&curves, fit);
+        let errors = delta_covariance(jacobian, &covariance, root.at_bound);
         let before = CurveSpeedNumbers::of_law(&self.study.model().driver.curve_speed);
         let before = self.numbers(&before.coordinates(), &trips)?;
         let mut surroundings = Vec::new();
@@ -404,7 +409,8 @@ impl Driven<'_> {
             measured: measured.clone(),
             before: CurveSpeedNumbers::from_coordinates(before),
             law,
-            standard_errors: law.errors(&delta_covariance(jacobian, &covariance, root.at_bound)),
+            standard_errors: law.errors(&errors),
+            error_correlation: correlation(&errors),
             simulated,
             at_bound: named.map(|(name, _)| *name).collect(),
             solved: root.solved,
@@ -431,6 +437,21 @@ fn parts() -> [Vec<ModelSwitch>; 4] {
     let both = [&traffic[..], &events[..]].concat();
     let signs = [&both[..], &[ModelSwitch::Signs]].concat();
     [traffic, events, both, signs]
+}
+
+/// Correlation of errors from their covariance; of what has no error none.
+fn correlation(covariance: &Matrix4<f64>) -> [[f64; COUNT]; COUNT] {
+    let sd = |k: usize| libm::sqrt(covariance[(k, k)].max(0.0));
+    std::array::from_fn(|i| {
+        std::array::from_fn(|k| {
+            let product = sd(i) * sd(k);
+            match (i == k, product > 0.0) {
+                (true, _) => 1.0,
+                (false, true) => (covariance[(i, k)] / product).clamp(-1.0, 1.0),
+                (false, false) => 0.0,
+            }
+        })
+    })
 }
 
 /// Covariance of the law's coordinates: J⁻¹ Σ J⁻ᵀ; what stays on a bound has no error, and is held.
@@ -506,6 +527,8 @@ impl CurveSpeedCalibration {
             exponent: self.law.exponent,
             exponent_standard_error: exponent_error,
             reference_speed_log_standard_error: log_error,
+            error_correlation: self.error_correlation[0][1],
+            parameter_uncertainty: true,
             driver_sd: self.law.driver_sd,
             residual_sd: self.law.residual_sd,
             ..model.clone()

@@ -69,6 +69,19 @@ impl Cluster {
     }
 }
 
+/// Standard error of a sum of clusters' parts, and its correlation with another one; 0 where one of
+/// them does not vary.
+pub(super) fn with_correlation(parts: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    let [mut square, mut other, mut both] = [0.0; 3];
+    for (a, b) in parts {
+        square += a * a;
+        other += b * b;
+        both += a * b;
+    }
+    let product = libm::sqrt(square * other);
+    (libm::sqrt(square), if product > 0.0 { (both / product).clamp(-1.0, 1.0) } else { 0.0 })
+}
+
 /// How the clusters move the coefficients of a regression.
 #[derive(Clone, Debug)]
 pub(super) struct ClusterMoves {

@@ -24,7 +24,7 @@
 //! model, Econometrica 46 (1978), 1211-1215 \[PK\]; D. R. Cox, N. Reid, Journal of the Royal
 //! Statistical Society B 49 (1987) \[PK\]; W. Greene, Econometric Reviews 23 (2004) \[PK\].
 
-use super::cluster_robust::{Cluster, ClusterMoves, ClusteredError};
+use super::cluster_robust::{Cluster, ClusterMoves, ClusteredError, with_correlation};
 use super::compensated_sum::CompensatedSum;
 use super::p_value::{ln_normal_tail, normal_hazard};
 use nalgebra::{DMatrix, DVector};
@@ -68,9 +68,10 @@ pub struct TobitFit {
     pub own_variances: Vec<f64>,
     /// Variance of the unweighted mean of the levels.
     pub mean_level_variance: f64,
-    /// The same with rows of one group taken as one observation: that for the groups that these
-    /// stand for. None with one group.
-    pub(super) clustered_mean_level_variance: Option<f64>,
+    /// Standard error of that mean with the rows of one group taken as one observation: that for the
+    /// groups that these stand for; and its correlation with the first coefficient's. None with one
+    /// group.
+    pub(super) clustered_mean_level: Option<(f64, f64)>,
     /// Coefficients β.
     pub coefficients: Vec<f64>,
     /// Their covariance, from the curvature of the log-likelihood.
@@ -391,15 +392,15 @@ fn summary<const X: usize>(
     }
     let count = groups as f64;
     let moves = (groups > 1).then(|| ClusterMoves::of(&clusters)).flatten();
-    let clustered = moves.as_ref().map(|moves| moves.error_of(&map.row(0).transpose()));
+    let first = map.row(0).transpose();
+    let clustered = moves.as_ref().map(|moves| moves.error_of(&first));
     let mean_level = best.levels.iter().sum::<f64>() / count;
     // by its own level, and by what it does to the others through the common parameters
-    let clustered_mean_level_variance = moves.map(|moves| {
-        let parts = best.levels.iter().zip(&moves.moves).map(|(level, moved)| {
+    let clustered_mean_level = moves.map(|moves| {
+        with_correlation(best.levels.iter().zip(&moves.moves).map(|(level, moved)| {
             let own = (level - mean_level) * of_maximum * libm::sqrt(count / (count - 1.0));
-            (own + together.dot(moved)) / count
-        });
-        parts.map(|part| part * part).sum()
+            ((own + together.dot(moved)) / count, first.dot(moved))
+        }))
     });
     let shared = (&inverse * &together).dot(&together) * larger;
     Some(TobitFit {
@@ -407,7 +408,7 @@ fn summary<const X: usize>(
         level_variances,
         own_variances,
         mean_level_variance: (own + shared) / (count * count),
-        clustered_mean_level_variance,
+        clustered_mean_level,
         coefficients: (0..X).map(|j| best.common[j] * of_maximum).collect(),
         covariance: all.view((0, 0), (X, X)).into_owned(),
         clustered,

@@ -331,6 +331,11 @@ fn set_speeds(
     let error = error(last + 1).map(|error| error * power * phi / found.correlation);
     let pairs = speeds.pairs[0].len();
     estimates.set("step_correlation", &mut model.step_correlation, phi, error, pairs);
+    estimates.warnings.push(
+        "step_correlation: of noisy speeds its error is somewhat small, and an interval by it covers some 90 %, \
+         not 95 %"
+            .to_owned(),
+    );
 }
 
 /// Typical shares off peak and at the peak, of values (height of the peak from 0 to 1, logit of the

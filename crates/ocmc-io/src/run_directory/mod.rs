@@ -40,6 +40,7 @@ use ocmc_core::random::sampling::Sampling;
 use ocmc_core::record::Record;
 use ocmc_core::study::StudyModel;
 use ocmc_core::study::fleet::FleetModel;
+use ocmc_core::study::uncertainty::numbers_without_error;
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::precision::Precision;
 use ocmc_fleet::run::RunPlan;
@@ -132,6 +133,14 @@ impl Manifest {
     pub(crate) fn value(&self, path: &str) -> Option<toml::Value> {
         let study = toml::Value::Table(self.resolved_study.parse().unwrap_or_default());
         path.split('.').try_fold(&study, |value, key| value.get(key)).cloned()
+    }
+
+    /// Numbers of its study that have no standard error, counted by table; `known` has the keys of
+    /// those that have one.
+    pub fn numbers_without_error(&self, known: &[&str]) -> Vec<(String, usize)> {
+        let study: toml::Table = self.resolved_study.parse().unwrap_or_default();
+        let study = serde_json::to_value(study).unwrap_or_default();
+        numbers_without_error(&study, known)
     }
 
     /// The routes of its study.

@@ -5,7 +5,7 @@ use super::builtin::STUDIES;
 use super::node::Node;
 use super::source::{Source, SourceKind};
 use super::{StudyFileError, load_text, resolved_toml};
-use ocmc_core::study::uncertainty::Estimates;
+use ocmc_core::study::uncertainty::{Estimates, shares_around};
 use ocmc_core::study::{Problem, Study, StudyModel, outside_bounds};
 use serde::Serialize;
 use serde_json::json;
@@ -71,17 +71,31 @@ impl FittedPart {
     }
 
     /// Adds the standard errors as `[uncertainty.NAME]`: those of the numbers that are among the
-    /// values, and that a study takes on either side. A share among several, of which the others
-    /// would have to change as well, has none.
+    /// values, and that a study takes on either side. Of two shares whose sum is 1 the first one has it;
+    /// of more the errors go together, and none has one.
     #[must_use]
     pub fn with_errors(
-        mut self,
+        self,
         base: &StudyModel,
         name: &str,
         estimates: impl IntoIterator<Item = Estimate>,
     ) -> Self {
-        let mut model = Self::study(&self.tree(base));
+        self.with_correlated_errors(base, name, estimates, &|_, _| 0.0)
+    }
+
+    /// As [`Self::with_errors`], of errors that go together: the correlation of those of two keys.
+    #[must_use]
+    pub fn with_correlated_errors(
+        mut self,
+        base: &StudyModel,
+        name: &str,
+        estimates: impl IntoIterator<Item = Estimate>,
+        correlation: &dyn Fn(&str, &str) -> f64,
+    ) -> Self {
+        let tree = self.tree(base);
+        let mut model = Self::study(&tree);
         model.uncertainty.remove(name);
+        let mut shares = Vec::new();
         let values = serde_json::to_value(&self.values).expect("tables, lists, numbers and words");
         let is_there = |estimate: &Estimate| {
             let value = values.pointer(&format!("/{}", estimate.key.replace('.', "/")));
@@ -91,6 +105,12 @@ impl FittedPart {
         let mut all = Estimates { keys: vec![], standard_errors: vec![], correlation: vec![] };
         for estimate in estimates.into_iter().filter(|e| e.standard_error > 0.0).filter(is_there) {
             let Estimate { key, standard_error, .. } = estimate;
+            if let Some((around, count)) = shares_around(&tree, &key) {
+                if count > 2 || shares.iter().any(|known| known == around) {
+                    continue;
+                }
+                shares.push(around.to_owned());
+            }
             let (keys, standard_errors) = (vec![key], vec![rounded(standard_error, ERROR_DIGITS)]);
             let one = Estimates { keys, standard_errors, correlation: vec![] };
             let with = BTreeMap::from([(name.to_owned(), one.clone())]);
@@ -101,6 +121,14 @@ impl FittedPart {
                 all.standard_errors.extend(one.standard_errors);
             }
         }
+        let row = |a: &String| -> Vec<f64> {
+            let one =
+                |b: &String| if a == b { 1.0 } else { rounded(correlation(a, b), ERROR_DIGITS) };
+            all.keys.iter().map(one).collect()
+        };
+        let rows: Vec<Vec<f64>> = all.keys.iter().map(row).collect();
+        let independent = rows.iter().flatten().filter(|r| **r != 0.0).count() == rows.len();
+        all.correlation = if independent { Vec::new() } else { rows };
         if !all.keys.is_empty() {
             let errors = Value::try_from(BTreeMap::from([(name, all)]));
             let errors = errors.expect("lists of words and numbers");

@@ -6,7 +6,7 @@ use super::drivers::RandomEffects;
 use super::{Coding, CurveSpeedFitError, LEVEL};
 use crate::fit::absorbed::{Absorbed, Combination};
 use crate::fit::analysis_of_variance::{VarianceRow, rows};
-use crate::fit::cluster_robust::{Cluster, ClusterMoves, ClusteredError};
+use crate::fit::cluster_robust::{Cluster, ClusterMoves, ClusteredError, with_correlation};
 use crate::fit::least_squares::Collinear;
 use crate::fit::p_value::{NORMAL_975, around, ln_t_tails, sd_interval, t_of_interval};
 use crate::moments::Moments;
@@ -43,6 +43,8 @@ pub struct CurveSpeedEstimate {
     /// Standard error of ln v₀ for the drivers that these stand for: with the curves of a driver as
     /// one observation, the error of the exponent included.
     pub reference_speed_log_clustered_standard_error: Option<f64>,
+    /// Correlation of the errors of δ and ln v₀ with the curves of a driver as one observation.
+    pub error_correlation: Option<f64>,
     /// Sample SD of the drivers' effects, each counted once; none with one driver.
     pub driver_sd: Option<f64>,
     /// SD between drivers without the error of each effect, by REML of the effects with their
@@ -296,8 +298,9 @@ impl Regression {
     }
 
     /// Errors of the first coefficient and of the mean level with the curves of a driver as one
-    /// observation. That of the level is SD(α)/√G where the coefficients do not move it.
-    fn clustered_errors(&self, curves: &Curves) -> (Option<ClusteredError>, f64) {
+    /// observation, that of the level with the correlation of the two. It is SD(α)/√G where the
+    /// coefficients do not move it.
+    fn clustered_errors(&self, curves: &Curves) -> (Option<ClusteredError>, (f64, f64)) {
         let (width, groups) = (self.fit.width(), self.fit.groups());
         let (levels, coefficients) = (self.fit.levels(), self.fit.coefficients());
         let means: Vec<DVector<f64>> =
@@ -320,12 +323,13 @@ impl Regression {
         let mean = means.iter().fold(DVector::zeros(width), |sum, means| sum + means) / count;
         let of_level = (0..groups).map(|group| {
             let own = (levels[group] - mean_level) / count * libm::sqrt(count / (count - 1.0));
-            let moved = moves.as_ref().map_or(0.0, |moves| mean.dot(&moves.moves[group]));
-            (own - moved) * (own - moved)
+            let moved = moves.as_ref().map(|moves| &moves.moves[group]);
+            let through = moved.map_or(0.0, |moved| mean.dot(moved));
+            (own - through, moved.map_or(0.0, |moved| moved[0]))
         });
         let first = DVector::from_fn(width, |j, _| f64::from(j == 0));
         let of_exponent = moves.as_ref().map(|moves| moves.error_of(&first));
-        (of_exponent, libm::sqrt(of_level.sum()))
+        (of_exponent, with_correlation(of_level))
     }
 
     /// The coefficients as they are listed.
@@ -408,8 +412,8 @@ pub(super) struct Determined<'a> {
     pub exponent_error: Option<f64>,
     /// Error of the exponent with the curves of a driver as one observation.
     pub clustered: Option<ClusteredError>,
-    /// The same of ln v₀, as a standard error.
-    pub level_clustered: Option<f64>,
+    /// Standard error of ln v₀ by drivers, and the correlation of the two errors.
+    pub level_clustered: Option<(f64, f64)>,
     pub direction: Option<(f64, f64)>,
     /// Of the drivers, up to a common number.
     pub effects: &'a [f64],
@@ -421,6 +425,7 @@ impl Determined<'_> {
         let Self { df, level, exponent, exponent_error, residual_sd, .. } = self;
         let clustered = self.clustered.filter(|error| error.informative >= FEWEST_DRIVERS);
         let fixed_or_clustered = exponent_error.is_none() || clustered.is_some();
+        let level_clustered = self.level_clustered.filter(|_| fixed_or_clustered);
         let t = t_of_interval(LEVEL, df as f64);
         let spread = Spread::of(self.effects, &curves.counts());
         CurveSpeedEstimate {
@@ -436,9 +441,8 @@ impl Determined<'_> {
             reference_speed_mps: libm::exp(level.0),
             reference_speed_ci95: around(level.0, level.1, t).map(libm::exp),
             reference_speed_log_standard_error: level.1,
-            reference_speed_log_clustered_standard_error: self
-                .level_clustered
-                .filter(|_| fixed_or_clustered),
+            reference_speed_log_clustered_standard_error: level_clustered.map(|(error, _)| error),
+            error_correlation: level_clustered.filter(|_| clustered.is_some()).map(|(_, r)| r),
             driver_sd: spread.map(|spread| spread.sd),
             driver_sd_corrected: None,
             driver_sd_corrected_ci95: None,

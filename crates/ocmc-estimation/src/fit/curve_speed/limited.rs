@@ -16,6 +16,9 @@ use crate::moments::Moments;
 /// The censored regression, the curves at the limit, and the regression of those below it.
 pub(super) type Limited = (Option<CurveSpeedEstimate>, Option<usize>, Option<CurveSpeedEstimate>);
 
+/// Curves a driver below which a censored regression of many levels is seen to be too sure.
+const FEW_CURVES: usize = 10;
+
 /// Fits with curves from `limit_share` of the limit on as "at least that fast". A curve whose limit
 /// is not known may be at it or not: it takes no part.
 pub(super) fn limited(
@@ -80,6 +83,12 @@ pub(super) fn limited(
         warnings.push("the curves below the limit do not determine a censored regression".into());
     }
     let tobit = tobit.map(|fit| estimate(&fit, &seen, direction, warnings));
+    if tobit.is_some() && at_limit > 0 && seen.rows.len() < FEW_CURVES * seen.drivers.len() {
+        warnings.push(format!(
+            "with less than {FEW_CURVES} curves a driver the censored regression's intervals of exponent \
+             and residual cover some 90 %, not 95 %"
+        ));
+    }
     (tobit, Some(at_limit), below_limit)
 }
 
@@ -113,7 +122,7 @@ fn estimate(
         exponent: fit.coefficients[0],
         exponent_error: Some(error(0)),
         clustered: fit.clustered,
-        level_clustered: fit.clustered_mean_level_variance.map(libm::sqrt),
+        level_clustered: fit.clustered_mean_level,
         direction: direction.then(|| (fit.coefficients[1], error(1))),
         effects: &fit.levels,
         residual_sd: fit.sigma,

@@ -329,6 +329,8 @@ impl CurveSpeedFit {
             exponent: best.exponent,
             exponent_standard_error: exponent_error,
             reference_speed_log_standard_error: log_error,
+            error_correlation: best.error_correlation.unwrap_or(0.0),
+            parameter_uncertainty: true,
             driver_sd: driver_sd.unwrap_or(model.driver_sd),
             direction_effect: best.direction_effect.unwrap_or(0.0),
             residual_sd: best.residual_sd,

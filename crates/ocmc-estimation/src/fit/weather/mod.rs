@@ -136,7 +136,7 @@ pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, 
     let years = span_s / (365.0 * 86_400.0);
     if years < ENOUGH_YEARS {
         warnings.push(format!(
-            "the records span {years:.1} years; with less than {ENOUGH_YEARS} the seasons are those of single years"
+            "the records span {years:.1} years; with less than {ENOUGH_YEARS} the seasons are those of single years, and intervals of the SDs by their errors cover some 90 %, not 95 %"
         ));
     }
     Ok(WeatherFit { hours: records.len(), years, parameters, warnings, model })
