@@ -47,7 +47,8 @@ pub struct FittedPart {
 
 impl FittedPart {
     /// The values below `path`. What a study would refuse beside the rest of `base` is left out, so
-    /// that it stays that of the base.
+    /// that it stays that of the base, and with it the other numbers of its table: they were
+    /// estimated together.
     pub fn new(base: &StudyModel, path: &[&str], value: &impl Serialize) -> Self {
         let mut value =
             Value::try_from(value).expect("a study is tables, lists, numbers and words");
@@ -172,7 +173,10 @@ impl FittedPart {
     /// What was left out, in words.
     pub fn warnings(&self) -> impl Iterator<Item = String> + '_ {
         self.left_out.iter().map(|problem| {
-            format!("{problem}: no study takes the estimate, it stays that of the base study")
+            format!(
+                "{problem}: no study takes the estimate; it and the numbers that were estimated with \
+                 it stay those of the base study"
+            )
         })
     }
 }
@@ -183,12 +187,17 @@ fn tree(text: String) -> Node {
     Node::parse(&Arc::new(source)).expect("a study as it is written")
 }
 
-/// Takes a key out, or the law or the table of lists that it belongs to; whether it was there.
+/// Takes a key out, or the law or the table of lists that it belongs to, with a number all numbers
+/// of its table; whether it was there.
 fn remove(values: &mut Table, path: &str) -> bool {
     let (first, rest) = path.split_once('.').unwrap_or((path, ""));
     match values.get_mut(first) {
         None => false,
         Some(Value::Table(below)) if !rest.is_empty() && !is_whole(below) => remove(below, rest),
+        Some(Value::Float(_) | Value::Integer(_)) => {
+            values.retain(|_, value| !matches!(value, Value::Float(_) | Value::Integer(_)));
+            true
+        }
         Some(_) => values.remove(first).is_some(),
     }
 }
@@ -315,9 +324,11 @@ mod tests {
             message[0].starts_with("`weather.temperature.summer_sd_k` is -1, allowed is 0 to 20")
         );
         assert!(message[1].starts_with("`weather.wind.speed_shape` is not a finite number"));
-        let temperature = &part.json()["weather"]["temperature"];
-        assert_eq!(temperature["mean_k"], 281.5);
-        assert!(temperature.get("summer_sd_k").is_none());
+        // the numbers beside it were estimated with it; those of other tables were not
+        let left = &part.json()["weather"];
+        assert!(left["temperature"].get("summer_sd_k").is_none());
+        assert!(left["temperature"].get("mean_k").is_none());
+        assert_eq!(left["pressure"]["sd"], base.weather.pressure.sd);
         fitted_study("field-truck", "mine", "a note", &part.json()).unwrap();
 
         // a table of lists is left out as a whole
@@ -347,5 +358,7 @@ mod tests {
         let left = &part.json()["road"]["types"]["rural"];
         assert!(left["stop_signs"].get("standstill_s").is_none());
         assert!(left["topography"].get("hill_length_m").is_none());
+        assert!(left["topography"].get("slope_sd").is_none());
+        assert!(left["curves"].get("per_m").is_some());
     }
 }

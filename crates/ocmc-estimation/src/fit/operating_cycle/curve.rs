@@ -1,6 +1,7 @@
-//! Curves: intensity, radius and length; and turns at junctions, with radii R = r₀ + exp(N(ln m,
+//! Curves: radius and length; and turns at junctions, with radii R = r₀ + exp(N(ln m,
 //! σ²)) and angles π/2 U(f, 1).
 
+use super::curve_intensity::fit_intensity;
 use super::{SignedCurve, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
@@ -18,7 +19,7 @@ const FEWEST: usize = 5;
 /// How close to its largest heading a curve counts as cut off there.
 const CUT: f64 = 1.0 - 1e-6;
 
-fn length_m(curve: &Curve) -> f64 {
+pub(super) fn length_m(curve: &Curve) -> f64 {
     curve.end_m - curve.start_m
 }
 
@@ -26,7 +27,7 @@ fn length_m(curve: &Curve) -> f64 {
 /// stay those of `model`.
 pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimates) {
     let n = roads.curves.len();
-    fit_intensity(roads, |_| 1.0, model, estimates);
+    fit_intensity(roads, |_| 1.0, Some(0.0), model, estimates);
     if n < FEWEST {
         estimates.warn("fewer than five curves: radius and length stay those of the base study");
         return;
@@ -71,78 +72,8 @@ fn fit_radius(
     estimates.set(&format!("{table}.radius_log_sd"), log_sd, sd, error, logs.len());
 }
 
-/// Poisson regression of the starts on the sign: λ_ref (v_ref/v)^p, at most λ_max; `seen` is the
-/// share of all curves under a sign's face that are seen.
-pub(super) fn fit_intensity(
-    roads: &TypeRoads,
-    seen: impl Fn(i64) -> f64,
-    model: &mut CurveModel,
-    estimates: &mut Estimates,
-) {
-    let lengths: Vec<f64> = roads.curves.iter().map(|signed| length_m(&signed.curve)).collect();
-    let mean_length = lengths.iter().sum::<f64>() / (lengths.len() as f64).max(1.0);
-    // a turn removes the curves that it overlaps: those that begin in it, or less than their length
-    // before it
-    let exposure: Vec<(f64, f64, f64)> = roads
-        .curve_way_m
-        .iter()
-        .map(|(&face, &length)| {
-            let speed = face as f64 / 36.0;
-            let at = |sign: f64| super::stretch::face(sign) == face;
-            let count = roads.curves.iter().filter(|signed| at(signed.sign_mps)).count();
-            let turns = roads.turns.iter().filter(|turn| turn.1 == face);
-            let lost: f64 = turns.map(|(turn, _)| length_m(turn) + mean_length).sum();
-            (speed, (length - lost).max(0.0) * seen(face), count as f64)
-        })
-        .collect();
-    let n = roads.curves.len();
-    let of = |theta: &[f64; 2]| CurveModel {
-        per_m: libm::exp(theta[0]),
-        sign_exponent: theta[1],
-        ..model.clone()
-    };
-    let minus_log_likelihood = |theta: &[f64; 2]| {
-        let model = of(theta);
-        exposure
-            .iter()
-            .map(|&(speed, length, count)| {
-                let expected = model.intensity_per_m(speed) * length;
-                // a curve that begins where no way counts determines nothing
-                let informative = count > 0.0 && length > 0.0;
-                expected - if informative { count * libm::log(expected) } else { 0.0 }
-            })
-            .sum::<f64>()
-    };
-    let length: f64 = exposure.iter().map(|row| row.1).sum();
-    let crude = n as f64 / length;
-    if n == 0 {
-        return estimates.set("curves.per_m", &mut model.per_m, 0.0, Some(1.0 / length), 0);
-    }
-    let relative = 1.0 / libm::sqrt(n as f64);
-    let signs = exposure.iter().filter(|row| row.1 > 0.0).count();
-    if model.reference_sign_mps.is_none() {
-        model.maximum_per_m = model.maximum_per_m.max(crude);
-        let error = Some(crude * relative);
-        return estimates.set("curves.per_m", &mut model.per_m, crude, error, n);
-    }
-    let start = [libm::log(crude), model.sign_exponent];
-    if n >= 30 && signs >= 2 {
-        let (theta, value) = minimise(minus_log_likelihood, start, 0.3);
-        let errors = profile_errors(&minus_log_likelihood, theta, value);
-        let per_m = libm::exp(theta[0]);
-        estimates.set("curves.per_m", &mut model.per_m, per_m, errors[0].map(|e| e * per_m), n);
-        let into = &mut model.sign_exponent;
-        estimates.set("curves.sign_exponent", into, theta[1], errors[1], n);
-    } else {
-        let one = |theta: &[f64; 1]| minus_log_likelihood(&[theta[0], start[1]]);
-        let (theta, _) = minimise(one, [start[0]], 0.3);
-        let per_m = libm::exp(theta[0]);
-        estimates.set("curves.per_m", &mut model.per_m, per_m, Some(per_m * relative), n);
-    }
-}
-
 /// Standard errors of two parameters from the curvature of the profile likelihood, by differences.
-fn profile_errors(
+pub(super) fn profile_errors(
     function: &impl Fn(&[f64; 2]) -> f64,
     best: [f64; 2],
     value: f64,
@@ -158,7 +89,7 @@ fn profile_errors(
             minimise(one, [best[1 - j]], 0.1).1
         };
         let bend = profile(h) + profile(-h) - 2.0 * value;
-        (bend > 0.0).then(|| h / libm::sqrt(bend))
+        (bend > 0.0 && bend.is_finite()).then(|| h / libm::sqrt(bend))
     })
 }
 

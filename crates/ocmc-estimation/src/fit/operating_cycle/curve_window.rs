@@ -10,8 +10,13 @@
 //! under the sign v; the intensity of seen curves is λ(v) P(v). Without the window in the
 //! likelihood the laws of the seen curves would be taken for those of all: too narrow, and too few
 //! curves.
+//!
+//! Curves outside the window are what the laws say of them. Many laws of short curves give the same
+//! curves within it: the flat direction of the likelihood is along P. So the search ends where less
+//! than a tenth is seen, and laws that leave ln P with a standard error above 0.5 are none: they,
+//! and P with them, stay those of the base study, and the intensity is what goes with that.
 
-use super::curve::fit_intensity;
+use super::curve_intensity::fit_intensity;
 use super::{SignedCurve, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
@@ -32,6 +37,11 @@ const DIFFERENCE: f64 = 0.02;
 /// Estimates farther than this from the base study, in ln, are no estimates: the likelihood has no
 /// maximum.
 const FARTHEST: f64 = 4.0;
+
+/// Smallest share of the curves that may be seen (judgement).
+const LEAST_SEEN: f64 = 0.1;
+/// Largest standard error of the logarithm of that share (judgement).
+const LARGEST_ERROR: f64 = 0.5;
 
 /// A base study without a spread starts the search here.
 const SMALLEST: f64 = 1e-3;
@@ -66,22 +76,24 @@ pub(super) fn fit_curves(
             window.radius_m[1]
         ));
     }
-    if seen.len() < FEWEST_OF_WINDOW {
+    let seen_error = if seen.len() < FEWEST_OF_WINDOW {
         estimates.warn(format_args!(
             "{} curves within the window do not tell the laws of all: radius and length stay \
-             those of the base study",
+             those of the base study, and `curves.per_m` is what goes with the share that they \
+             let a detector see, without a standard error",
             seen.len()
         ));
+        None
     } else {
-        fit_laws(&seen, window, model, estimates);
-    }
+        fit_laws(&seen, window, model, estimates)
+    };
     let laws = laws_of(model);
     let base = model.clone();
     let share = |face: i64| seen_share(&laws, window, &base, scale(&base, face));
     let mut within = roads.clone();
     let sees = |curve: &Curve| window.sees(curve.radius_m, curve.end_m - curve.start_m);
     within.curves.retain(|signed| sees(&signed.curve));
-    fit_intensity(&within, share, model, estimates);
+    fit_intensity(&within, share, seen_error, model, estimates);
 }
 
 /// Factor of the median radius under a sign.
@@ -111,17 +123,27 @@ fn seen_curves(roads: &TypeRoads, window: &CurveWindow, model: &CurveModel) -> V
     roads.curves.iter().filter_map(row).collect()
 }
 
+/// Fits the laws, all four or none; the standard error of the logarithm of the share that is seen.
 fn fit_laws(
     seen: &[Seen],
     window: &CurveWindow,
     model: &mut CurveModel,
     estimates: &mut Estimates,
-) {
+) -> Option<f64> {
     let mut faces: BTreeMap<i64, f64> = BTreeMap::new();
     for curve in seen {
         *faces.entry(curve.face).or_insert(0.0) += 1.0;
     }
     let start = laws_of(model);
+    let count = seen.len() as f64;
+    let ln_share = |laws: &Laws| {
+        let of = |(&face, curves): (&i64, &f64)| {
+            curves * libm::log(seen_share(laws, window, model, scale(model, face)))
+        };
+        faces.iter().map(of).sum::<f64>() / count
+    };
+    // what the base study says is where the search begins, however little it lets a detector see
+    let least = libm::log(LEAST_SEEN).min(ln_share(&start) - 1.0);
     let minus_log_likelihood = |laws: &Laws| {
         if laws.iter().zip(start).any(|(a, b)| (a - b).abs() > FARTHEST) {
             return f64::INFINITY;
@@ -136,21 +158,37 @@ fn fit_laws(
                 0.5 * z * z + laws[1] + length
             })
             .sum();
-        let share = |face: i64| seen_share(laws, window, model, scale(model, face));
-        let of_window: f64 =
-            faces.iter().map(|(&face, count)| count * libm::log(share(face))).sum();
-        of_curves + of_window
+        let ln_share = ln_share(laws);
+        if ln_share < least {
+            return f64::INFINITY;
+        }
+        of_curves + count * ln_share
     };
     let (laws, value) = minimise(minus_log_likelihood, start, 0.3);
-    let at_edge = laws.iter().zip(start).any(|(a, b)| (a - b).abs() > 0.95 * FARTHEST);
-    if at_edge || !value.is_finite() {
-        estimates.warn(
-            "the curves within the window fit many laws of all curves: radius and length stay \
-             those of the base study",
-        );
-        return;
-    }
-    let errors = errors(&minus_log_likelihood, laws, value);
+    let at_edge = laws.iter().zip(start).any(|(a, b)| (a - b).abs() > 0.95 * FARTHEST)
+        || ln_share(&laws) < least + DIFFERENCE;
+    let told = (!at_edge && value.is_finite())
+        .then(|| covariance(&minus_log_likelihood, laws, value))
+        .flatten()
+        .map(|covariance| {
+            let of = |k: usize, side: f64| {
+                let mut at = laws;
+                at[k] += side * DIFFERENCE;
+                ln_share(&at)
+            };
+            let slope = DVector::from_fn(4, |k, _| (of(k, 1.0) - of(k, -1.0)) / (2.0 * DIFFERENCE));
+            let variance = slope.dot(&(&covariance * &slope));
+            (covariance, libm::sqrt(variance.max(0.0)))
+        });
+    let Some((covariance, error)) = told.filter(|(_, error)| *error <= LARGEST_ERROR) else {
+        estimates.warn(format_args!(
+            "the {} curves within the window fit many laws of all curves, with the more short ones \
+             the shorter they are: radius and length stay those of the base study, and \
+             `curves.per_m` is what goes with them, without a standard error",
+            seen.len()
+        ));
+        return None;
+    };
     for (k, (key, into)) in [
         ("curves.median_radius_m", &mut model.median_radius_m),
         ("curves.radius_log_sd", &mut model.radius_log_sd),
@@ -161,8 +199,10 @@ fn fit_laws(
     .enumerate()
     {
         let value = libm::exp(laws[k]);
-        estimates.set(key, into, value, errors.map(|errors| errors[k] * value), seen.len());
+        let error = libm::sqrt(covariance[(k, k)]) * value;
+        estimates.set(key, into, value, Some(error), seen.len());
     }
+    Some(error)
 }
 
 /// Share of all curves under a sign that the window sees; `scale` is the sign's factor of the
@@ -205,8 +245,8 @@ fn seen_share(laws: &Laws, window: &CurveWindow, model: &CurveModel, scale: f64)
     (sum * step / 3.0 / libm::sqrt(std::f64::consts::TAU)).max(1e-12)
 }
 
-/// Standard errors from the curvature of the likelihood; none where it has no minimum there.
-fn errors(function: &impl Fn(&Laws) -> f64, best: Laws, value: f64) -> Option<Laws> {
+/// Covariance from the curvature of the likelihood; none where it has no minimum there.
+fn covariance(function: &impl Fn(&Laws) -> f64, best: Laws, value: f64) -> Option<DMatrix<f64>> {
     let moved = |moves: &[(usize, f64)]| {
         let mut at = best;
         for &(k, side) in moves {
@@ -223,7 +263,8 @@ fn errors(function: &impl Fn(&Laws) -> f64, best: Laws, value: f64) -> Option<La
         };
         difference / (DIFFERENCE * DIFFERENCE)
     });
-    let covariance = bend.cholesky()?.inverse();
-    let variances: DVector<f64> = covariance.diagonal();
-    Some([0, 1, 2, 3].map(|k| libm::sqrt(variances[k])))
+    if !bend.iter().all(|value| value.is_finite()) {
+        return None;
+    }
+    Some(bend.cholesky()?.inverse())
 }

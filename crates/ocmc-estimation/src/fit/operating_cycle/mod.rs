@@ -28,6 +28,7 @@
 mod birds_eye;
 mod birds_eye_of_laws;
 mod curve;
+mod curve_intensity;
 mod curve_window;
 mod event;
 mod mission;

@@ -285,7 +285,9 @@ impl Hours<'_> {
             c[(a, a)] + c[(b, b)] + 2.0 * side * c[(a, b)]
         };
         set("mean_k", &mut model.mean_k, found[0], covariance[(0, 0)]);
-        set("annual_amplitude_k", &mut model.annual_amplitude_k, found[1], covariance[(1, 1)]);
+        // a place without seasons: within its error below 0
+        let annual_k = found[1].max(0.0);
+        set("annual_amplitude_k", &mut model.annual_amplitude_k, annual_k, covariance[(1, 1)]);
         for (key, into, side) in [
             ("winter_daily_amplitude_k", &mut model.winter_daily_amplitude_k, 1.0),
             ("summer_daily_amplitude_k", &mut model.summer_daily_amplitude_k, -1.0),

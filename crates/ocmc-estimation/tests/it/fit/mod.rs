@@ -4,6 +4,7 @@ mod clustered_error;
 mod coverage;
 mod field_table;
 mod fleet;
+mod joint_estimates;
 mod nist;
 mod operating_cycle;
 mod selection;
