@@ -168,7 +168,7 @@ pub(crate) struct OperatingCycleArguments {
     /// Road type of logs that have no column road_type [default: by the speed limit]
     #[arg(long, value_name = "NAME")]
     road_type: Option<String>,
-    /// Length over which the altitudes of logs are averaged, in m
+    /// Length over which the altitudes of logs are averaged for the bird's-eye view, in m
     #[arg(long, value_name = "M", default_value = "200", allow_negative_numbers = true)]
     altitude_average: f64,
     /// Standstills of logs from this time on are stops of the mission, in s

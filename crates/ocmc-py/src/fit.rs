@@ -236,7 +236,7 @@ pub(crate) fn fit_speed_change<'py>(
 ///     Road type of logs without a column ``road_type``; by default it follows from the speed
 ///     limit.
 /// altitude_average_m : float
-///     Length over which the altitudes of logs are averaged, in m.
+///     Length over which the altitudes of logs are averaged for the bird's-eye view, in m.
 /// mission_stop_s : float
 ///     Standstills of logs from this time on are stops of the mission, in s.
 /// split_ratio : float, optional

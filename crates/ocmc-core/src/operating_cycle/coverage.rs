@@ -19,6 +19,8 @@ pub struct Coverage {
     pub curves: CurveCoverage,
     /// A curve that begins this close to an event is a turn at it, in m.
     pub turn_within_m: f64,
+    /// Stops of the mission that are shorter than this are not known, in s.
+    pub mission_stop_s: f64,
 }
 
 /// Spans of one road in which something is not known that its source determines elsewhere; from and
@@ -62,6 +64,7 @@ impl Coverage {
         slopes: true,
         curves: CurveCoverage::All,
         turn_within_m: TURN_WITHIN_M,
+        mission_stop_s: 0.0,
     };
 
     /// What roads of two sources determine together. Signs, slopes and curves that one of them does
@@ -74,6 +77,7 @@ impl Coverage {
             slopes: self.slopes || other.slopes,
             curves: self.curves.with(other.curves),
             turn_within_m: self.turn_within_m.max(other.turn_within_m),
+            mission_stop_s: self.mission_stop_s.max(other.mission_stop_s),
         }
     }
 }

@@ -4,20 +4,23 @@
 //! - curves: those of [`super::curve`]; length = heading change × radius of the central part, so
 //!   that length and radius are those of one constant curvature
 //! - slope: climbed up by the column of slopes; or the altitude, averaged over a length (judgement:
-//!   200 m for a satellite receiver)
+//!   200 m for a satellite receiver). The laws of slopes are estimated from the altitudes as they
+//!   were measured
 //! - speed limits, road types, roughness: columns, each value held until another one comes
 //! - events: the map's objects where a column names them, with the standstills from 100 m before to
 //!   10 m behind them (judgement); nothing else distinguishes a sign from a queue
 //! - mission stops: the object, or standstills of at least 5 minutes (judgement)
 //!
 //! What a road's rows do not determine is not known of it ([`UnobservedSpans`]), rather than
-//! absent: a road without altitude is not flat. A drive is cut where nothing was logged for more
-//! than 10 s, unless the vehicle stood. Everything that is not used is counted.
+//! absent: a road without altitude is not flat. The road of a drive is cut where nothing was logged
+//! for more than 10 s, unless the vehicle stood; the drive is not: its roads are parts of one
+//! mission ([`DrivePart`]). Everything that is not used is counted.
 
 use super::Samples;
 use super::TripLog;
 use super::curve::{CurveOptions, detect_curves};
 use super::road_rows::{RoadRows, SHORTEST_ROAD_M};
+pub use super::road_slope::MeasuredAltitude;
 use super::signal::{LIMITS_MPS, LogCounts, LogError, prepare};
 use super::speed_envelope::limits_of_speed;
 use super::standstill::Standstill;
@@ -25,6 +28,7 @@ use super::way::DrivenWay;
 use crate::option_check::check_options;
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow, UnobservedSpans};
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::route_geometry::Path2d;
 use serde::Serialize;
 
 /// A curve that begins this close to an object is a turn at it, in m: detectors see starts to
@@ -125,6 +129,17 @@ impl Default for RoadOptions {
     }
 }
 
+/// Where a road lies on its drive, of which something was not logged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrivePart {
+    /// Way from the start of the drive to the road, gaps included, in m.
+    pub start_m: f64,
+    /// Way of the whole drive, gaps and pieces that are no roads included, in m.
+    pub drive_m: f64,
+    /// Whether no road of the drive comes before.
+    pub is_first: bool,
+}
+
 /// A stretch of road, and what is known of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoggedRoad {
@@ -134,8 +149,19 @@ pub struct LoggedRoad {
     pub standstills: Vec<Standstill>,
     /// Where a part of it is not known.
     pub unobserved: UnobservedSpans,
+    /// Its altitudes as they were measured, where no slope was: those of `cycle` are averaged.
+    pub altitudes: Vec<MeasuredAltitude>,
     /// The drive; empty where the road is not that of a log.
     pub way: DrivenWay,
+    /// Its place on the drive; none where it is the whole drive.
+    pub part: Option<DrivePart>,
+}
+
+impl LoggedRoad {
+    /// Whether a drive begins with it.
+    pub fn begins_drive(&self) -> bool {
+        self.part.is_none_or(|part| part.is_first)
+    }
 }
 
 /// What was not used, or had to be supposed.
@@ -145,6 +171,10 @@ pub struct RoadCounts {
     pub rows: LogCounts,
     /// Cuts at times without rows.
     pub cuts: usize,
+    /// Way across them, in m.
+    pub cut_way_m: f64,
+    /// Cuts across which positions do not tell the way: it is taken at the drive's mean speed.
+    pub cuts_by_speed: usize,
     /// Pieces shorter than 200 m, which are no roads.
     pub too_short: usize,
     /// Rows whose limit is missing or impossible: the one before holds; a road without any has no
@@ -153,6 +183,8 @@ pub struct RoadCounts {
     /// Rows without slope or altitude, where others have one: it goes on evenly over up to 200 m,
     /// longer ways are not known.
     pub without_slope: usize,
+    /// Altitude that was taken out as jumps of the receiver, or steeper than any road, in m.
+    pub altitude_jumps_m: f64,
     /// Rows without yaw rate, where others have one: longer ways of them determine nothing about
     /// curves.
     pub without_yaw_rate: usize,
@@ -220,8 +252,24 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
         found.too_short + found.too_straight + found.too_slow + found.without_radius
     });
     counts.cuts = tracks.len().saturating_sub(1);
-    let road = |track: &RoadRows| track.road(log, options, curves, &mut counts);
-    let roads = tracks.iter().filter_map(road).collect();
+    let gaps = gaps(&tracks, log);
+    counts.cut_way_m = gaps.iter().map(|gap| gap.0).sum();
+    counts.cuts_by_speed = gaps.iter().filter(|gap| gap.1).count();
+    let mut roads: Vec<LoggedRoad> = Vec::new();
+    // where the next track begins on the drive
+    let mut start_m = 0.0;
+    for (k, track) in tracks.iter().enumerate() {
+        if let Some(mut road) = track.road(log, options, curves, &mut counts) {
+            let is_first = roads.is_empty();
+            road.part = Some(DrivePart { start_m, drive_m: 0.0, is_first });
+            roads.push(road);
+        }
+        start_m += track.way(log).length_m() + gaps.get(k).map_or(0.0, |gap| gap.0);
+    }
+    for road in &mut roads {
+        let part = road.part.map(|part| DrivePart { drive_m: start_m, ..part });
+        road.part = part.filter(|_| tracks.len() > 1);
+    }
     let slopes = known(&log.grade) || known(&log.altitude_m);
     // said of the whole log
     if !slopes {
@@ -233,12 +281,14 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
     if counts.type_by_limit {
         counts.typed_by_limit = 0;
     }
+    let objects = words(&log.map_object);
     let coverage = Coverage {
         signs: limits,
-        events: words(&log.map_object),
+        events: objects,
         slopes,
         curves: if turns { CurveCoverage::Within(options.window()) } else { CurveCoverage::None },
         turn_within_m: TURN_WITHIN_M,
+        mission_stop_s: if objects { 0.0 } else { options.mission_stop_s },
     };
     Ok(LoggedRoads { roads, coverage, counts, limits: limit_source })
 }
@@ -289,6 +339,39 @@ fn tracks(log: &RoadLog) -> Result<(Vec<RoadRows>, LogCounts), LogError> {
         track.append(log, &piece.row, &piece.time_s, &piece.speed_mps);
     }
     Ok((tracks, rows))
+}
+
+/// The way across the time without rows behind each track but the last one, in m, and whether the
+/// drive's mean speed stands for it: where no positions tell it.
+fn gaps(tracks: &[RoadRows], log: &RoadLog) -> Vec<(f64, bool)> {
+    let ways: Vec<DrivenWay> = tracks.iter().map(|track| track.way(log)).collect();
+    let way_m: f64 = ways.iter().map(DrivenWay::length_m).sum();
+    let logged_s: f64 = ways.iter().map(DrivenWay::duration_s).sum();
+    let mean_mps = if logged_s > 0.0 { way_m / logged_s } else { 0.0 };
+    let across = |pair: &[RoadRows]| {
+        let (from, to) = (pair[0].last_row(), pair[1].first_row());
+        let gap_s = log.drive.time_s[to] - log.drive.time_s[from];
+        let told = log.moved_m(from, to);
+        (told.unwrap_or(mean_mps * gap_s), told.is_none())
+    };
+    tracks.windows(2).map(across).collect()
+}
+
+impl RoadLog<'_> {
+    /// Way between two rows, in m, as far as positions tell it: along the road, or else straight.
+    fn moved_m(&self, from: usize, to: usize) -> Option<f64> {
+        let values = |column: &Option<Samples>| {
+            let column = column.as_ref()?;
+            let pair = [column[from], column[to]];
+            pair.iter().all(|value| value.is_finite()).then_some(pair)
+        };
+        if let Some([from_m, to_m]) = values(&self.position_m).filter(|[a, b]| b >= a) {
+            return Some(to_m - from_m);
+        }
+        let latitude_deg = values(&self.drive.latitude_deg)?;
+        let longitude_deg = values(&self.drive.longitude_deg)?;
+        Path2d::new(&latitude_deg, &longitude_deg).position_m.last().copied()
+    }
 }
 
 impl RoadOptions {

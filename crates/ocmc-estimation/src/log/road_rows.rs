@@ -3,7 +3,7 @@
 use super::Samples;
 use super::curve::DrivenCurve;
 use super::road::{LoggedRoad, RoadCounts, RoadLog, RoadOptions};
-use super::road_slope::Climb;
+use super::road_slope::{Climb, MeasuredAltitude, measured};
 use super::sensor::STANDSTILL_MPS;
 use super::signal::{LIMITS_MPS, longest_interval_s};
 use super::standstill::{Standstill, standstills};
@@ -65,6 +65,16 @@ impl RoadRows {
         self.row.extend_from_slice(row);
         self.time_s.extend_from_slice(time_s);
         self.speed_mps.extend_from_slice(speed_mps);
+    }
+
+    /// The first row of the log on it.
+    pub(super) fn first_row(&self) -> usize {
+        self.row.first().copied().unwrap_or(0)
+    }
+
+    /// The last row of the log on it.
+    pub(super) fn last_row(&self) -> usize {
+        self.row.last().copied().unwrap_or(0)
     }
 
     /// The drive along its way.
@@ -143,8 +153,9 @@ impl RoadRows {
         let rough = |row: usize| log.roughness_m3.as_ref().map(|values| values[row]);
         let (roughness, _) =
             self.steps(&way_m, |row| rough(row).filter(|value| *value > 0.0), |a, b| a == b);
-        let climb = self.climb(log, options, &way_m);
+        let (climb, altitudes) = self.climb(log, options, &way_m);
         counts.without_slope += climb.missing;
+        counts.altitude_jumps_m += climb.jumps_m;
         let longest_s = longest_interval_s(counts.rows.interval_s);
         let curves_m = self.unturned(log, &way_m, longest_s, counts);
         let unobserved = UnobservedSpans { slope_m: climb.unobserved_m, curves_m };
@@ -165,7 +176,7 @@ impl RoadRows {
         };
         let open = stops.into_iter().zip(explained).filter(|(_, explained)| !explained);
         let standstills = open.map(|(stop, _)| stop).collect();
-        Some(LoggedRoad { cycle, standstills, unobserved, way })
+        Some(LoggedRoad { cycle, standstills, unobserved, altitudes, way, part: None })
     }
 
     /// Values from the places on at which they change, the first one from the start on, and how
@@ -203,19 +214,27 @@ impl RoadRows {
         if limits.is_empty() { unknown } else { limits }
     }
 
-    /// Altitude over the way: of slopes where this road has any, otherwise of altitudes.
-    fn climb(&self, log: &RoadLog, options: &RoadOptions, way_m: &[f64]) -> Climb {
+    /// Altitude over the way: of slopes where this road has any, otherwise of altitudes; and these
+    /// as they were measured.
+    fn climb(
+        &self,
+        log: &RoadLog,
+        options: &RoadOptions,
+        way_m: &[f64],
+    ) -> (Climb, Vec<MeasuredAltitude>) {
         let own = |column: &Option<Samples>| {
             let values = self.row.iter().map(|&row| column.as_ref()?.get(row).copied());
             let values: Vec<f64> = values.collect::<Option<_>>()?;
             values.iter().any(|value| value.is_finite()).then_some(values)
         };
         if let Some(grade) = own(&log.grade) {
-            Climb::of_grades(way_m, &grade)
+            (Climb::of_grades(way_m, &grade), Vec::new())
         } else if let Some(altitude_m) = own(&log.altitude_m) {
-            Climb::of_altitudes(way_m, &altitude_m, options.altitude_average_m)
+            let average_m = options.altitude_average_m;
+            let climb = Climb::of_altitudes(way_m, &self.time_s, &altitude_m, average_m);
+            (climb, measured(way_m, &self.time_s, &altitude_m))
         } else {
-            Climb::unobserved(way_m)
+            (Climb::unobserved(way_m), Vec::new())
         }
     }
 

@@ -26,6 +26,12 @@ impl DrivenWay {
         self.way_m.last().copied().unwrap_or(0.0)
     }
 
+    /// Time from the first row to the last one, in s.
+    pub fn duration_s(&self) -> f64 {
+        let ends = self.time_s.first().zip(self.time_s.last());
+        ends.map_or(0.0, |(start_s, end_s)| end_s - start_s)
+    }
+
     /// Where the vehicle stood, on its way.
     pub fn standstills(&self) -> Vec<Standstill> {
         standstills(&self.time_s, &self.speed_mps, &self.way_m, &self.unseen)

@@ -109,7 +109,8 @@ pub fn account(path: &Path, cycle: &GivenCycle) -> Account {
     doubt(
         changes_per_km > MANY_CHANGES_PER_KM,
         format!("slopes that change by {} % per km in sum", percent(changes_per_km)),
-        "smooth its altitudes or slopes before",
+        "average its altitudes or slopes before, as `ocmc road LOG --altitude-average 200` does of a \
+         log",
     );
     Account {
         file: file.to_string(),

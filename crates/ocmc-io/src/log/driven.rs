@@ -58,7 +58,7 @@ impl MeasuredDrives {
                     // what has no noise any more is not averaged
                     options.altitude_average_m = 0.0;
                 }
-                Ok((found(&quiet, &options, steering)?, noise))
+                Ok((found(&quiet, &options, steering, true)?, noise))
             });
             let (found, noise) = match quiet {
                 Ok(found) => found,

@@ -31,23 +31,17 @@ pub(super) fn without_noise(
     let mut quiet = Cow::Borrowed(drive);
     let mut noise = PointNoise::default();
     let way_m = way_of(drive);
-    let known = |quantity| drive.column(quantity).filter(|values| is_known(values));
-    if let (Some(latitude), Some(longitude), false) =
-        (known(Quantity::Latitude), known(Quantity::Longitude), tells_turns(drive))
-    {
-        let rows = advancing(&way_m, |k| latitude[k].is_finite() && longitude[k].is_finite());
-        let of = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
-        if rows.len() > 1 {
-            let path = Path2d::new(&of(latitude), &of(longitude));
-            noise.positions_m = checked_noise("positions", path.noise_m())?;
-            if noise.positions_m >= LEAST_NOISE_M {
-                let (smooth, given_m) = path.smoothed(None, noise.positions_m);
-                let course_rad = given_m.iter().map(|at_m| smooth.course_rad(*at_m));
-                put(&mut quiet, Quantity::Course, held(&rows, course_rad, way_m.len()));
-            }
+    if let Some((rows, path)) = turning_path(drive, &way_m) {
+        noise.positions_m = checked_noise("positions", path.noise_m())?;
+        if noise.positions_m >= LEAST_NOISE_M {
+            let (smooth, given_m) = path.smoothed(None, noise.positions_m);
+            let course_rad = given_m.iter().map(|at_m| smooth.course_rad(*at_m));
+            put(&mut quiet, Quantity::Course, held(&rows, course_rad, way_m.len()));
         }
     }
-    if let (Some(altitude), None) = (known(Quantity::Altitude), known(Quantity::Grade)) {
+    if let (Some(altitude), None) =
+        (known(drive, Quantity::Altitude), known(drive, Quantity::Grade))
+    {
         let rows = advancing(&way_m, |k| altitude[k].is_finite());
         let altitude_m: Vec<f64> = rows.iter().map(|k| altitude[*k]).collect();
         noise.altitudes_m = checked_noise("altitudes", noise_of_values(&altitude_m))?;
@@ -65,8 +59,28 @@ pub(super) fn without_noise(
     Ok((quiet, noise))
 }
 
-fn is_known(values: &[f64]) -> bool {
-    values.iter().any(|value| value.is_finite())
+/// How much the positions of a drive scatter, in m, where they alone tell how it turned; 0
+/// otherwise.
+pub(super) fn noise_of_turning(drive: &LoggedTrip) -> f64 {
+    turning_path(drive, &way_of(drive)).map_or(0.0, |(_, path)| path.noise_m())
+}
+
+/// The path that alone tells how a vehicle turned, and its rows; none where another column does.
+fn turning_path(drive: &LoggedTrip, way_m: &[f64]) -> Option<(Vec<usize>, Path2d)> {
+    if tells_turns(drive) {
+        return None;
+    }
+    let latitude = known(drive, Quantity::Latitude)?;
+    let longitude = known(drive, Quantity::Longitude)?;
+    let rows = advancing(way_m, |k| latitude[k].is_finite() && longitude[k].is_finite());
+    let of = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+    let path = (rows.len() > 1).then(|| Path2d::new(&of(latitude), &of(longitude)))?;
+    Some((rows, path))
+}
+
+/// A column that has a number.
+fn known(drive: &LoggedTrip, quantity: Quantity) -> Option<&[f64]> {
+    drive.column(quantity).filter(|values| values.iter().any(|value| value.is_finite()))
 }
 
 fn put(drive: &mut Cow<LoggedTrip>, quantity: Quantity, values: Vec<f64>) {

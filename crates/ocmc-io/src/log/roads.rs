@@ -1,12 +1,14 @@
 //! From log files to the roads that they were driven on.
 
 use super::curves::{Steering, TripError, turning_log};
+use super::noise::noise_of_turning;
 use super::{LogFile, LoggedTrip, Need, counted, row_notes};
 use crate::table::formats::LOG;
 use crate::table::{Mapping, Quantity, Source, Table};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::KINDS;
+use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::road::{
     LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads,
@@ -48,6 +50,8 @@ pub struct FoundRoads {
 
 impl FoundRoads {
     /// Finds the roads of a log's drives. `look` is called before each of them, and may break off.
+    /// Positions that scatter tell no curves: a detector would see other ones in them than those
+    /// of its window.
     pub fn add<B>(
         &mut self,
         file: &LogFile,
@@ -58,10 +62,19 @@ impl FoundRoads {
         for drive in &file.drives {
             look()?;
             let place = file.place(drive);
-            match found(drive, options, steering) {
+            let scatter_m = noise_of_turning(drive);
+            let turns = scatter_m < LEAST_NOISE_M;
+            match found(drive, options, steering, turns) {
                 Ok(found) => {
                     self.cover(found.coverage);
                     self.notes.extend(notes(&place, &found.counts));
+                    if !turns {
+                        self.notes.push(format!(
+                            "{place}: only positions tell how it turned, and they scatter by \
+                             {scatter_m:.1} m: its curves are not known (a yaw rate or a course \
+                             would tell them)"
+                        ));
+                    }
                     self.roads.extend(found.roads);
                 }
                 Err(fault) => self.left_out.push((place, fault)),
@@ -99,12 +112,17 @@ impl FoundRoads {
     }
 }
 
+/// The roads of a drive; of which nothing is known about `turns` where these are not wanted.
 pub(super) fn found(
     drive: &LoggedTrip,
     options: &RoadOptions,
     steering: Option<Steering>,
+    turns: bool,
 ) -> Result<LoggedRoads, TripError> {
-    let (log, corrections) = turning_log(drive, steering, &options.curves)?;
+    let (mut log, corrections) = turning_log(drive, steering, &options.curves)?;
+    if !turns {
+        log.yaw_rate_radps.to_mut().fill(f64::NAN);
+    }
     let log = road_log(drive, Some(log));
     Ok(roads(&log, &RoadOptions { curves: corrections, ..options.clone() })?)
 }
@@ -176,6 +194,24 @@ pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
             ),
         ],
     ));
+    if counts.altitude_jumps_m >= 1.0 {
+        notes.push(format!(
+            "{place}: its altitudes jump by {:.0} m in all, more steeply than a road of 10 %: taken \
+             out, and what follows is moved along",
+            counts.altitude_jumps_m
+        ));
+    }
+    if counts.cuts > 0 {
+        let by_speed = match counts.cuts_by_speed {
+            0 => String::new(),
+            n => format!(" ({n} of them at the mean speed of the drive: no positions tell it)"),
+        };
+        notes.push(format!(
+            "{place}: the way across what was not logged is {:.2} km{by_speed}: the drive is one mission, \
+             with it",
+            counts.cut_way_m / 1000.0
+        ));
+    }
     if counts.by_speed {
         notes.push(format!(
             "{place}: no positions that only grow: the way is the integral of the speed"

@@ -111,7 +111,8 @@ pub struct BirdsEye {
 /// Analyses roads on steps of `step_m`.
 pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
     let mut view = View::default();
-    for LoggedRoad { cycle, standstills, unobserved, .. } in roads {
+    for road in roads {
+        let LoggedRoad { cycle, standstills, unobserved, .. } = road;
         let slope = |k: usize| {
             let at = k as f64 * step_m;
             let known = overlap_m(&unobserved.slope_m, at, at + step_m) == 0.0;
@@ -120,6 +121,7 @@ pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
         view.slopes((0..(cycle.length_m / step_m) as usize).filter_map(slope));
         view.curve_way_m += cycle.length_m - overlap_m(&unobserved.curves_m, 0.0, cycle.length_m);
         view.stops += standstills.len();
+        view.mission_ends += usize::from(road.begins_drive());
         let types = cycle.road_types.as_deref().unwrap_or_default();
         let ends = types.iter().skip(1).map(|start| start.0).chain([cycle.length_m]);
         let sections =
@@ -143,6 +145,7 @@ pub fn birds_eye_of_study<B>(
         let Road { length_m, slopes, slope_step_m, curves, events, sections, .. } =
             study.sample(seed, cycle_id).cycle.road;
         view.curve_way_m += length_m;
+        view.mission_ends += 1;
         view.slopes(slopes.into_iter().take((length_m / slope_step_m) as usize));
         let names = study.road_types();
         let sections = sections.iter().map(|s| (names[s.road_type].as_str(), s.end_m - s.start_m));
@@ -159,8 +162,9 @@ struct View {
     steps: usize,
     below: [usize; 3],
     stops: usize,
-    /// Ends of roads are among them.
     mission_stops: usize,
+    /// Ends of missions.
+    mission_ends: usize,
     curves: usize,
     /// Way whose curves are known, in m.
     curve_way_m: f64,
@@ -187,7 +191,7 @@ impl View {
         self.length_m += length_m;
         self.stops += events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
         let mission = |event: &&PointEvent| matches!(event.kind, EventKind::MissionStop { .. });
-        self.mission_stops += 1 + events.iter().filter(mission).count();
+        self.mission_stops += events.iter().filter(mission).count();
         self.curves += curves.iter().filter(|curve| curve.radius_m < SLOWING_RADIUS_M).count();
         for (name, section_m) in sections {
             *self.type_length_m.entry(name.to_owned()).or_insert(0.0) += section_m;
@@ -201,7 +205,7 @@ impl View {
             length_m: self.length_m,
             share_below: (self.steps > 0)
                 .then(|| self.below.map(|count| count as f64 / self.steps as f64)),
-            stop_spacing_m: self.length_m / self.mission_stops as f64,
+            stop_spacing_m: self.length_m / (self.mission_stops + self.mission_ends) as f64,
             stops_per_km: per_km(self.stops, self.length_m),
             curves_per_km: (self.curve_way_m > 0.0).then(|| per_km(self.curves, self.curve_way_m)),
             road_type_share: self.type_length_m.into_iter().map(share).collect(),

@@ -17,7 +17,7 @@
 //!   window of radii and turns, with that window in the likelihood;
 //! - turns at junctions: their radii and angles, over all road types;
 //! - slope: SD, and hill length by sign changes, relative to the road's mean slope, whose share of
-//!   the variance is made up for;
+//!   the variance is made up for; of measured altitudes both by their likelihood;
 //! - roughness by moments of its blocks, ground by its stretches;
 //! - mission: length, payload, departure, distance between stops and dwell.
 //!
@@ -25,6 +25,7 @@
 //! departure, without the clock. They have fits of their own, [`super::weather`] and
 //! [`super::traffic`].
 
+mod altitude;
 mod birds_eye;
 mod birds_eye_of_laws;
 mod curve;
@@ -90,7 +91,7 @@ pub struct RoadTypeFit {
 /// The road model of operating cycles.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RoadFit {
-    /// Cycles.
+    /// Operating cycles: each of them, or drive of a log, is a mission.
     pub cycles: usize,
     /// Length, in m.
     pub length_m: f64,
@@ -210,6 +211,7 @@ pub fn fit_with_coverage(
     }
     let base_road = &base.road;
     let mut of_type: BTreeMap<String, TypeRoads> = BTreeMap::new();
+    let mut with_stretches: Vec<(&LoggedRoad, Vec<Stretch>)> = Vec::new();
     for (k, road) in roads.iter().enumerate() {
         let cycle = &road.cycle;
         let stretches = stretch::stretches(cycle).ok_or(RoadFitError::NoRoadTypes(k + 1))?;
@@ -220,7 +222,9 @@ pub fn fit_with_coverage(
             return Err(RoadFitError::UnknownRoadType { name, known });
         }
         stretch::collect(&stretches, k, road, coverage, base_road, &mut of_type);
+        with_stretches.push((road, stretches));
     }
+    let hills = altitude::hills(&with_stretches, base_road);
     let mut estimates = Estimates { warnings: undetermined(coverage), ..Estimates::default() };
     let mut model = base_road.clone();
     let mut types = Vec::new();
@@ -228,7 +232,17 @@ pub fn fit_with_coverage(
     for (name, roads) in &of_type {
         estimates.name = name;
         if let Some(model) = model.types.get_mut(name) {
-            fit_type(roads, coverage, base_road, of_mean_slope[name], model, &mut estimates);
+            fit_type(roads, coverage, base_road, model, &mut estimates);
+            if coverage.slopes {
+                let (step_m, model) = (base_road.slope_step_m, &mut model.topography);
+                let known_m = step_m * topography::steps(roads) as f64;
+                if let Some(hills) = hills.get(name).filter(|hills| hills.way_m > known_m) {
+                    altitude::set_hills(hills, model, &mut estimates);
+                } else {
+                    let share = of_mean_slope[name];
+                    topography::fit_slopes(roads, step_m, share, model, &mut estimates);
+                }
+            }
         }
         let parameters = std::mem::take(&mut estimates.parameters);
         types.push(RoadTypeFit { road_type: name.clone(), length_m: roads.length_m, parameters });
@@ -243,13 +257,13 @@ pub fn fit_with_coverage(
     }
     let junction_turn = std::mem::take(&mut estimates.parameters);
     estimates.name = "mission";
-    let cycles: Vec<&GivenCycle> = roads.iter().map(|road| &road.cycle).collect();
+    let missions = mission::missions(roads);
     let mut mission_model = base.mission.clone();
-    mission::fit_mission(&cycles, &mut mission_model, &mut estimates);
+    mission::fit_mission(&missions, coverage.mission_stop_s, &mut mission_model, &mut estimates);
     let Estimates { parameters: mission, warnings, .. } = estimates;
     Ok(RoadFit {
-        cycles: roads.len(),
-        length_m: cycles.iter().map(|cycle| cycle.length_m).sum(),
+        cycles: missions.len(),
+        length_m: roads.iter().map(|road| road.cycle.length_m).sum(),
         coverage: *coverage,
         types,
         junction_turn,
@@ -287,7 +301,6 @@ fn fit_type(
     roads: &TypeRoads,
     coverage: &Coverage,
     base: &RoadModel,
-    of_mean_slope: f64,
     model: &mut RoadTypeModel,
     estimates: &mut Estimates,
 ) {
@@ -320,10 +333,6 @@ fn fit_type(
         CurveCoverage::Within(window) => {
             curve_window::fit_curves(roads, &window, &mut model.curves, estimates);
         }
-    }
-    if coverage.slopes {
-        let (step_m, model) = (base.slope_step_m, &mut model.topography);
-        topography::fit_slopes(roads, step_m, of_mean_slope, model, estimates);
     }
     surface::fit_surface(roads, model, estimates);
 }

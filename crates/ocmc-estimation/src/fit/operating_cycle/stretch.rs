@@ -51,7 +51,7 @@ pub(super) fn collect(
     base: &RoadModel,
     roads: &mut BTreeMap<String, TypeRoads>,
 ) {
-    let LoggedRoad { cycle, standstills, unobserved, .. } = road;
+    let LoggedRoad { cycle, standstills, unobserved, altitudes, .. } = road;
     let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < coverage.turn_within_m;
     let junction = |at_m: f64| cycle.curves.iter().find(|curve| near(curve, at_m)).copied();
     let turns = cycle.events.iter().filter_map(|event| junction(event.position_m));
@@ -91,8 +91,10 @@ pub(super) fn collect(
         let free = base.event_free_end_m;
         road.eventless_m += (free - start).clamp(0.0, end - start)
             + (end - (cycle.length_m - free)).clamp(0.0, end - start);
-        let runs = slopes(cycle, unobserved, base.slope_step_m, start, end);
-        road.slopes.extend(runs.into_iter().map(|run| (number, run)));
+        if altitudes.is_empty() {
+            let runs = slopes(cycle, unobserved, base.slope_step_m, start, end);
+            road.slopes.extend(runs.into_iter().map(|run| (number, run)));
+        }
         if let Some(points) = &cycle.roughness {
             let block = |k: &usize| inside(*k as f64 * base.roughness_block_m);
             let last = libm::ceil(cycle.length_m / base.roughness_block_m) as usize;

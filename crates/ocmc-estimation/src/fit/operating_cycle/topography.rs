@@ -109,6 +109,11 @@ pub(super) fn shares_of_mean(roads: &BTreeMap<String, TypeRoads>) -> BTreeMap<St
     roads.keys().cloned().zip(shares).collect()
 }
 
+/// Steps whose slope is known.
+pub(super) fn steps(roads: &TypeRoads) -> usize {
+    roads.slopes.iter().map(|slopes| slopes.1.len()).sum()
+}
+
 /// SD of the slope and hill length of a type, of whose variance the mean slope takes a share. The
 /// errors take roads as independent.
 pub(super) fn fit_slopes(
@@ -130,12 +135,19 @@ pub(super) fn fit_slopes(
         let half = ratio.ci95.map(|[low, high]| 0.5 * (high - low));
         half.map(|half| half / NORMAL_975 / ratio.ratio)
     };
-    let steps = roads.slopes.iter().map(|slopes| slopes.1.len()).sum();
+    let steps = steps(roads);
+    let hill = 2.0 * PI * step_m / libm::acos(coefficient);
+    let is_told = hill.is_finite() && hill > 4.0 * step_m;
+    if !is_told && share > SHORT {
+        // how much of the SD the mean slopes take follows from the hill length
+        return estimates.warn(
+            "its roads are too short for their hills: their slopes stay those of the base study",
+        );
+    }
     let sd = libm::sqrt(variance);
     let error = relative(&mean_square).map(|e| 0.5 * e * sd);
     estimates.set("topography.slope_sd", &mut model.slope_sd, sd, error, steps);
-    let hill = 2.0 * PI * step_m / libm::acos(coefficient);
-    if hill.is_finite() && hill > 4.0 * step_m {
+    if is_told {
         let error = relative(&changes).map(|e| e * hill);
         estimates.set("topography.hill_length_m", &mut model.hill_length_m, hill, error, steps);
     } else {

@@ -7,6 +7,7 @@ mod fleet;
 mod joint_estimates;
 mod nist;
 mod operating_cycle;
+mod plain_log;
 mod selection;
 mod simulator_table;
 mod sleepstudy;
