@@ -293,4 +293,48 @@ mod tests {
         let late = Climb::of_grades(&[0.0, 10.0, 20.0], &[f64::NAN, f64::NAN, 0.01]);
         assert_eq!((late.unobserved_m, late.missing), (vec![[0.0, 10.0]], 1));
     }
+
+    #[test]
+    fn a_receiver_that_wanders_at_rest_and_jumps_makes_no_hill() {
+        // flat; at 600 m the vehicle creeps over half a metre for a minute, in which the altitude
+        // rises by 3 m, and at 1400 m it jumps by 45 m
+        let (mut rows, mut drift_m) = (Vec::new(), 0.0);
+        for k in 0..100 {
+            let at_m = 20.0 * f64::from(k);
+            let jump_m = if at_m >= 1400.0 { 45.0 } else { 0.0 };
+            rows.push((at_m, jump_m + drift_m));
+            for creeps in 0..if k == 30 { 60 } else { 0 } {
+                drift_m += 0.05;
+                rows.push((at_m + 0.008 * f64::from(creeps), drift_m));
+            }
+        }
+        let (way_m, altitude_m): (Vec<f64>, Vec<f64>) = rows.into_iter().unzip();
+        let time_s: Vec<f64> = (0..way_m.len()).map(|k| k as f64).collect();
+        let climb = Climb::of_altitudes(&way_m, &time_s, &altitude_m, 200.0);
+        assert_eq!(climb.jumps_m, 45.0);
+        let steepest = climb.altitude.windows(2).map(|pair| {
+            let ((from_m, low_m), (to_m, high_m)) = (pair[0], pair[1]);
+            ((high_m - low_m) / (to_m - from_m)).abs()
+        });
+        // 3 m over the length of the average
+        let steepest = steepest.fold(0.0, f64::max);
+        assert!(steepest > 0.005 && steepest < 0.02, "{steepest}");
+        // a minute at one place is a few measurements, of all its rows
+        let measured = measured(&way_m, &time_s, &altitude_m);
+        let at_rest: Vec<_> =
+            measured.iter().filter(|of| (599.0..601.0).contains(&of.position_m)).collect();
+        assert!((6..=8).contains(&at_rest.len()), "{at_rest:?}");
+        assert_eq!(measured.iter().map(|of| of.rows).sum::<usize>(), way_m.len());
+    }
+
+    #[test]
+    fn an_average_at_the_ends_of_a_road_is_as_long_as_elsewhere() {
+        // noise at the first row alone: its slope is that of the line over 200 m, not of two rows
+        let way_m: Vec<f64> = (0..100).map(|k| 20.0 * f64::from(k)).collect();
+        let altitude_m: Vec<f64> =
+            way_m.iter().map(|at_m| if *at_m == 0.0 { 1.5 } else { 0.02 * at_m }).collect();
+        let climb = Climb::of_altitudes(&way_m, &way_m, &altitude_m, 200.0);
+        let slope = (climb.altitude[1].1 - climb.altitude[0].1) / 5.0;
+        assert!((slope - 0.02).abs() < 0.004, "{slope}");
+    }
 }
