@@ -3,13 +3,16 @@
 //! Prints bias, coverage, refusals and warnings: the tables of docs/src/theory/identification.md.
 //! `cargo run --release --example identification_study [KEY=VALUE]...`
 //!
+//! study=simulator-slopes   the study, driven and fitted
+//! drivers=8      drivers of a seed
 //! seeds=101,102  seeds of the drivers and of the noise
 //! noise=0.02     standard deviation of the noise, of the range of each signal: pedals 1, speed and
 //!                slope that of range=drive or of range=event (largest less smallest value)
 //! signals=pedals,speed,slope   which signals are noisy
 //! wrong=delay    drivers react 0.5 s late; shift: pedals are logged 0.5 s late; mass: the truck
-//!                carries 7 t more than the study's; slope: 0.002 on the slope; nothing
-//! unknown=delay,mass   what is estimated with the gains
+//!                carries 7 t more than the study's; truck: it is 20 % heavier, rolling resistance and
+//!                drag are 10 % larger, the driver reacts 0.2 s late; slope: 0.002 on the slope; nothing
+//! unknown=delay,mass,resistance   what is estimated with the gains
 //! term=none      or measured, simulated: the speed term
 //! starts=8       starts of a search
 //! least=0        lower bound of K_D, in s²/m
@@ -25,20 +28,20 @@ use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::study::Study;
 use ocmc_estimation::identification::closed_loop::{ClosedLoop, Controller};
-use ocmc_estimation::identification::event::PedalLog;
-use ocmc_estimation::identification::identify::{EventFit, identify_event};
+use ocmc_estimation::identification::event::{EventError, PedalLog};
+use ocmc_estimation::identification::identify::EventFit;
+use ocmc_estimation::identification::one_truck::{NamedEvent, identify_log};
 use ocmc_estimation::identification::options::{IdentifyOptions, SpeedTerm, Unknowns};
-use rayon::prelude::*;
+use ocmc_estimation::identification::speed_ahead::until_speed_is_set;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
-const DRIVERS: u64 = 8;
-const DELAY_S: f64 = 0.5;
 const GAINS: [&str; 3] = ["kp", "ki", "kd"];
 
 /// An event of a driver whose gains are known.
 struct Known {
     name: String,
+    drive: String,
     log: PedalLog,
     gains: [f64; 3],
     mass_kg: f64,
@@ -72,9 +75,14 @@ fn drive(study: &Study, seed: u64, driver: u64) -> PedalLog {
         let column = trace.columns.iter().find(|column| column.name == name);
         column.unwrap_or_else(|| panic!("a column {name}")).values.clone()
     };
+    let speed_mps = column("speed_mps");
+    let yaw_rate_radps = column("yaw_rate_radps");
+    let curvature = |(yaw, speed): (&f64, &f64)| yaw / speed.max(2.0);
     PedalLog {
         time_s: column("time_s"),
-        speed_mps: column("speed_mps"),
+        limit_mps: Some(column("limit_mps")),
+        curvature_per_m: Some(yaw_rate_radps.iter().zip(&speed_mps).map(curvature).collect()),
+        speed_mps,
         accelerator: column("accelerator"),
         brake: column("brake"),
         grade: column("grade"),
@@ -84,8 +92,23 @@ fn drive(study: &Study, seed: u64, driver: u64) -> PedalLog {
     }
 }
 
+/// How late the driver is, in s.
+fn delay_s(wrong: &str) -> f64 {
+    match wrong {
+        "delay" | "shift" => 0.5,
+        "truck" => 0.2,
+        _ => 0.0,
+    }
+}
+
 /// The same event with a driver who reacts late.
-fn driven_late(study: &Study, log: &PedalLog, gains: [f64; 3], set_speed_mps: f64) -> PedalLog {
+fn driven_late(
+    study: &Study,
+    log: &PedalLog,
+    gains: [f64; 3],
+    set_speed_mps: f64,
+    delay_s: f64,
+) -> PedalLog {
     let closed = ClosedLoop::new(study, log);
     let start_speed_mps = log.speed_mps[0];
     let series = closed.drive(&Controller {
@@ -95,7 +118,7 @@ fn driven_late(study: &Study, log: &PedalLog, gains: [f64; 3], set_speed_mps: f6
         set_speed_mps,
         start: closed.start_output - gains[0] * (set_speed_mps - start_speed_mps),
         start_speed_mps,
-        delay_s: DELAY_S,
+        delay_s,
         ..Controller::default()
     });
     let mut late = PedalLog {
@@ -158,7 +181,8 @@ fn events(study: &Study, seed: u64, sign: f64, arguments: &Arguments) -> Vec<Kno
     let wrong = arguments.get("wrong", "nothing");
     let whole = arguments.get("range", "drive") == "drive";
     let mut known = Vec::new();
-    for driver in 0..DRIVERS {
+    let is_late = matches!(wrong, "delay" | "truck");
+    for driver in 0..arguments.number("drivers", "8") as u64 {
         let mut draws = Draws::new(seed, driver, Stream::Pedals);
         let scenario = study.sample(seed, driver);
         let pedals = scenario.driver.pedals;
@@ -166,13 +190,14 @@ fn events(study: &Study, seed: u64, sign: f64, arguments: &Arguments) -> Vec<Kno
         let set_speed_mps = scenario.driver.speed_limit.compliance * 70.0 / 3.6;
         let mut log = drive(study, seed, driver);
         if wrong == "shift" {
-            let rows = log.time_s.partition_point(|time_s| *time_s < log.time_s[0] + DELAY_S);
+            let rows =
+                log.time_s.partition_point(|time_s| *time_s < log.time_s[0] + delay_s(wrong));
             for pedal in [&mut log.accelerator, &mut log.brake] {
                 pedal.rotate_right(rows);
             }
         }
         let clean = log.clone();
-        if whole && wrong != "delay" {
+        if whole && !is_late {
             add_noise(&mut log, arguments, &mut draws, sign);
         }
         let (log, _) = log.with_even_slopes();
@@ -182,15 +207,18 @@ fn events(study: &Study, seed: u64, sign: f64, arguments: &Arguments) -> Vec<Kno
         }
         let only = arguments.get("only", "");
         for (name, rows) in found.into_iter().filter(|(name, _)| name.contains(only)) {
-            let mut log = log.part(rows.start, rows.end);
-            if wrong == "delay" {
-                log = driven_late(study, &clean.part(rows.start, rows.end), gains, set_speed_mps);
+            let mut log = until_speed_is_set(&log, &rows, study);
+            if is_late {
+                let first = clean.time_s.partition_point(|at_s| *at_s < log.time_s[0]);
+                let part = clean.part(first, first + log.time_s.len());
+                log = driven_late(study, &part, gains, set_speed_mps, delay_s(wrong));
             }
-            if !whole || wrong == "delay" {
+            if !whole || is_late {
                 add_noise(&mut log, arguments, &mut draws, sign);
             }
-            let name = format!("{seed}-{driver} {name}");
-            known.push(Known { name, log, gains, mass_kg: scenario.vehicle.mass_kg });
+            let drive = format!("{seed}-{driver}");
+            let name = format!("{drive} {name}");
+            known.push(Known { name, drive, log, gains, mass_kg: scenario.vehicle.mass_kg });
         }
     }
     known
@@ -223,17 +251,23 @@ fn coverage(pairs: &[(&EventFit, f64)], name: &str) -> (usize, usize) {
 fn main() {
     let arguments = Arguments::read();
     let load = |sets: &[&str]| {
-        let loaded = ocmc_io::study::load("simulator-slopes", sets);
+        let loaded = ocmc_io::study::load(arguments.get("study", "simulator-slopes"), sets);
         loaded.unwrap_or_else(|fault| panic!("{fault}")).study
     };
     let study = load(&[]);
     let wrong = arguments.get("wrong", "nothing");
-    let payload_kg = study.sample(1, 0).cycle.mission.payload_kg + 7000.0;
+    let more_kg = if wrong == "truck" { 8000.0 } else { 7000.0 };
+    let payload_kg = study.sample(1, 0).cycle.mission.payload_kg + more_kg;
     let heavy = format!("mission.payload_kg={payload_kg}");
     // more than it may weigh
     let limit_kg = study.model().vehicle.curb_mass_kg + payload_kg;
     let allowed = format!("vehicle.gross_mass_limit_kg={limit_kg}");
-    let driven = if wrong == "mass" { load(&[&heavy, &allowed]) } else { load(&[]) };
+    let resists = ["vehicle.rolling_factor=1.1", "vehicle.drag_area_m2=5.83"];
+    let driven = match wrong {
+        "mass" => load(&[&heavy, &allowed]),
+        "truck" => load(&[&heavy, &allowed, resists[0], resists[1]]),
+        _ => load(&[]),
+    };
     let seeds = arguments.get("seeds", "101").split(',').map(|seed| seed.parse().expect("a seed"));
     let seeds: Vec<u64> = seeds.collect();
     let of = |sign: f64| -> Vec<Known> {
@@ -247,7 +281,11 @@ fn main() {
             "simulated" => SpeedTerm::Simulated,
             _ => SpeedTerm::None,
         },
-        unknown: Unknowns { delay: unknown.contains("delay"), mass: unknown.contains("mass") },
+        unknown: Unknowns {
+            delay: unknown.contains("delay"),
+            mass: unknown.contains("mass"),
+            resistance: unknown.contains("resistance"),
+        },
         starts: arguments.number("starts", "8") as usize,
         derivative: [arguments.number("least", "0"), 2.0],
         intervals: arguments.get("intervals", "true") == "true",
@@ -314,8 +352,7 @@ fn main() {
             lost,
         );
     }
-    let delay_s = if matches!(wrong, "delay" | "shift") { DELAY_S } else { 0.0 };
-    for (name, truth) in [("delay_s", Some(delay_s)), ("mass_kg", None)] {
+    for (name, truth) in [("delay_s", Some(delay_s(wrong))), ("mass_kg", None)] {
         let pairs: Vec<_> =
             fitted.iter().map(|(known, fit)| (*fit, truth.unwrap_or(known.mass_kg))).collect();
         let errors: Vec<f64> = pairs
@@ -329,14 +366,23 @@ fn main() {
     }
 }
 
-/// The fits of some events; none where there is none, which is said.
+/// The fits of some events, those of a drive together; none where there is none, which is said.
 fn identified(study: &Study, known: &[Known], options: &IdentifyOptions) -> Vec<Option<EventFit>> {
     let stay = AtomicBool::new(false);
-    let fit = |known: &Known| {
-        let fit = identify_event(study, "", &known.name, &known.log, options, &stay);
-        fit.map_err(|fault| println!("{}: {fault}", known.name)).ok()
+    let fits = |drive: &[Known]| -> Vec<Option<EventFit>> {
+        let named = |known: &Known| NamedEvent {
+            driver: known.drive.clone(),
+            event: known.name.clone(),
+            log: known.log.clone(),
+        };
+        let events: Vec<NamedEvent> = drive.iter().map(named).collect();
+        let found = identify_log(study, &events, options, &stay, &mut || ());
+        let told = |(fit, known): (Result<EventFit, EventError>, &Known)| {
+            fit.map_err(|fault| println!("{}: {fault}", known.name)).ok()
+        };
+        found.fits.into_iter().zip(drive).map(told).collect()
     };
-    known.par_iter().map(fit).collect()
+    known.chunk_by(|a, b| a.drive == b.drive).flat_map(fits).collect()
 }
 
 /// Relative error of a gain, in %.

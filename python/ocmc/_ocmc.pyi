@@ -149,7 +149,7 @@ def identify(
     columns: _Columns = None,
     controller: Literal["pid", "switched"] = "pid",
     speed_term: Literal["none", "measured", "simulated"] = "none",
-    unknown: Sequence[Literal["delay", "mass"]] = (),
+    unknown: Sequence[Literal["delay", "mass", "resistance", "none"]] | None = None,
     starts: SupportsIndex = 8,
     kp: tuple[float, float] = (0.01, 2.0),
     ki: tuple[float, float] = (0.0001, 0.2),

@@ -114,7 +114,7 @@ def test_what_is_left_out_is_said(part, simulator):
         ({"brake": None}, {}, "no column for the brake pedal"),
         ({}, {"controller": "pi"}, "allowed is one of: pid, switched"),
         ({}, {"speed_term": "mean"}, "allowed is one of: none, measured, simulated"),
-        ({}, {"unknown": ["wind"]}, "allowed is one of: delay, mass"),
+        ({}, {"unknown": ["wind"]}, "allowed is one of: delay, mass, resistance, none"),
         ({}, {"starts": 0}, "`starts` is 0, allowed is a whole number from 1 to 4096"),
         ({}, {"kp": (2.0, 1.0)}, r"bounds of kp are 2 and 1: they have to rise, from 0\.001 on"),
         ({}, {"kd": (0.0, float("inf"))}, "bounds of kd"),

@@ -11,6 +11,7 @@ use ocmc_core::study::Study;
 use ocmc_estimation::identification::closed_loop::{ClosedLoop, Controller};
 use ocmc_estimation::identification::event::PedalLog;
 use ocmc_estimation::identification::identify::{EventFit, identify_event};
+use ocmc_estimation::identification::one_truck::{NamedEvent, identify_log};
 use ocmc_estimation::identification::options::{
     ControllerKind, IdentifyOptions, SpeedTerm, Unknowns,
 };
@@ -90,8 +91,13 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
+/// The truck is the study's, and the driver reacts at once.
+fn known_truck() -> IdentifyOptions {
+    IdentifyOptions { unknown: Unknowns::NONE, ..IdentifyOptions::default() }
+}
+
 fn without_speed_term(intervals: bool) -> IdentifyOptions {
-    IdentifyOptions { speed_term: SpeedTerm::None, intervals, ..IdentifyOptions::default() }
+    IdentifyOptions { intervals, ..known_truck() }
 }
 
 #[test]
@@ -179,12 +185,7 @@ fn the_speed_term_pulls_the_gains() {
         .collect();
     let mut worst = Vec::new();
     for speed_term in [SpeedTerm::None, SpeedTerm::Measured, SpeedTerm::Simulated] {
-        let options = IdentifyOptions {
-            speed_term,
-            intervals: false,
-            starts: 4,
-            ..IdentifyOptions::default()
-        };
+        let options = IdentifyOptions { speed_term, intervals: false, starts: 4, ..known_truck() };
         let fits: Vec<EventFit> = known.iter().map(|known| fit(&study, known, &options)).collect();
         let bias = |of: &dyn Fn(&EventFit, &Known) -> f64| -> Vec<f64> {
             fits.iter().zip(&known).map(|(fit, known)| of(fit, known)).collect()
@@ -272,7 +273,7 @@ fn noise_on_all_signals_is_covered() {
     let (mut holds, mut all, mut refused, mut errors) = (0, 0, 0, Vec::new());
     for mut known in events(&study, 3, 0.0) {
         noisy(&mut known, 21);
-        let fit = fit(&study, &known, &IdentifyOptions::default());
+        let fit = fit(&study, &known, &known_truck());
         let [inside, intervals] = held(&fit, &known);
         (holds, all) = (holds + inside, all + intervals);
         refused += usize::from(intervals == 0);
@@ -345,7 +346,7 @@ fn drivers_side_by_side_drive_as_each_would_alone() {
 #[test]
 fn noise_moves_a_gain_of_zero_to_both_sides() {
     let study = study(&[]);
-    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
+    let options = IdentifyOptions { starts: 4, ..known_truck() };
     let known = events(&study, 1, 0.0).into_iter().find(|known| known.event == "-3.5 %");
     let mut known = Known { kd: 0.0, ..known.expect("it is in Table I") };
     let clean = driven_late(&study, &known, 0.0);
@@ -376,8 +377,8 @@ fn noise_moves_a_gain_of_zero_to_both_sides() {
 #[test]
 fn a_late_driver_is_found_or_refused() {
     let study = study(&[]);
-    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
-    let asked = Unknowns { delay: true, mass: false };
+    let options = IdentifyOptions { starts: 4, ..known_truck() };
+    let asked = Unknowns { delay: true, ..Unknowns::NONE };
     let mut found = Vec::new();
     for mut known in events(&study, 1, 0.0) {
         known.log = driven_late(&study, &known, 0.5);
@@ -413,8 +414,8 @@ fn a_wrong_mass_is_refused_and_found() {
     let study = study(&[]);
     let [heavy_kg, mass_kg] = [&heavy, &study].map(|study| study.sample(1, 0).vehicle.mass_kg);
     assert!((heavy_kg - mass_kg - 7000.0).abs() < 1.0, "{heavy_kg} {mass_kg}");
-    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
-    let unknown = Unknowns { delay: false, mass: true };
+    let options = IdentifyOptions { starts: 4, ..known_truck() };
+    let unknown = Unknowns { mass: true, ..Unknowns::NONE };
     let mut errors = Vec::new();
     for mut known in events(&heavy, 1, 0.0) {
         noisy(&mut known, 23);
@@ -433,9 +434,47 @@ fn a_wrong_mass_is_refused_and_found() {
 }
 
 #[test]
+fn gains_are_covered_whatever_truck_was_driven() {
+    let sets = [
+        "mission.payload_kg=32300",
+        "vehicle.gross_mass_limit_kg=60000",
+        "vehicle.rolling_factor=1.1",
+        "vehicle.drag_area_m2=5.83",
+    ];
+    let (driven, study) = (study(&sets), study(&[]));
+    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
+    let mut events = events(&driven, 1, 0.0);
+    for known in &mut events {
+        known.log = driven_late(&driven, known, 0.2);
+        noisy(known, 25);
+    }
+    let named = |known: &Known| NamedEvent {
+        driver: "0".to_owned(),
+        event: known.event.clone(),
+        log: known.log.clone(),
+    };
+    let named: Vec<NamedEvent> = events.iter().map(named).collect();
+    let found = identify_log(&study, &named, &options, &STAY, &mut || ());
+    let (mut holds, mut all, mut given) = (0, 0, 0);
+    for (fit, known) in found.fits.iter().zip(&events) {
+        let fit = fit.as_ref().expect("each event can be fitted");
+        let [inside, intervals] = held(fit, known);
+        println!("{}: {inside} of {intervals}, {:?} kg", known.event, fit.mass_kg);
+        (holds, all) = (holds + inside, all + intervals);
+        given += usize::from(intervals > 0);
+    }
+    let [mass_kg, error_kg] = found.mass_kg.expect("six events");
+    println!("{holds} of {all} gains within their intervals, {mass_kg:.0} ± {error_kg:.0} kg");
+    // a truck of 48 t for one of 40 t, 10 % more resistance, 0.2 s late: at 95 % two of eighteen
+    // and more are outside in one of four logs, three in 6 %
+    assert!(given >= 4 && holds + 2 >= all, "{holds} of {all}, {given} events");
+    assert!((mass_kg - 48e3).abs() < 3.0 * error_kg && error_kg < 3e3, "{mass_kg} ± {error_kg}");
+}
+
+#[test]
 fn noise_of_the_slope_alone_gives_no_interval_that_is_too_short() {
     let study = study(&[]);
-    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
+    let options = IdentifyOptions { starts: 4, ..known_truck() };
     let (mut holds, mut all) = (0, 0);
     for mut known in events(&study, 1, 0.0) {
         let mut draws = Draws::new(24, known.driver, Stream::SpeedChange);

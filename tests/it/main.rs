@@ -66,6 +66,7 @@ mod signals;
 mod simulator_study;
 mod size;
 mod small_faults;
+mod speed_ahead;
 mod step_bias;
 mod tables;
 mod tactical;

@@ -6,7 +6,7 @@ use crate::source::{Mapping, Source};
 use crate::watch::{Progress, Watch, aside};
 use ocmc_estimation::identification::identify::{DriverParameterFit, EventFit};
 use ocmc_estimation::identification::population::Population;
-use ocmc_io::log::identification::{Identification, LeftOut};
+use ocmc_io::log::identification::{Identification, LeftOut, TruckMass};
 use ocmc_io::log::pedals::NEEDS;
 use ocmc_io::study::{LoadedStudy, Origin};
 use serde::Serialize;
@@ -40,6 +40,8 @@ pub struct IdentifyAnswer {
     pub options: IdentifyOptions,
     /// A fit for each driver and event.
     pub fits: Vec<EventFit>,
+    /// What the events of each log say of the mass of its truck, of four events or more.
+    pub trucks: Vec<TruckMass>,
     /// The population behind them, of three drivers or more.
     pub population: Option<Population>,
     /// What has no fit.
@@ -80,7 +82,7 @@ pub fn identify(
     let mut found = Identification::default();
     for (done, log) in logs.iter().enumerate() {
         Progress::of_logs(done, logs.len()).look(watch)?;
-        found.add(&log.log(mappings, &NEEDS, warn)?);
+        found.add(&log.log(mappings, &NEEDS, warn)?, &study.study);
     }
     if *warn_of_rows {
         found.notes.iter().for_each(|note| warn(note));
@@ -95,8 +97,17 @@ pub fn identify(
         other => other.to_string(),
     };
     let (population, warnings) = (found.population(), found.left_out_warnings());
-    let Identification { fits, left_out, notes, .. } = found;
-    Ok(IdentifyAnswer { study, options: *options, fits, population, left_out, notes, warnings })
+    let Identification { fits, trucks, left_out, notes, .. } = found;
+    Ok(IdentifyAnswer {
+        study,
+        options: *options,
+        fits,
+        trucks,
+        population,
+        left_out,
+        notes,
+        warnings,
+    })
 }
 
 impl Answer for IdentifyAnswer {
@@ -114,7 +125,11 @@ impl Answer for IdentifyAnswer {
                 line(&mut text, parameter);
             }
             if fit.saturated_s > 0.0 {
-                let _ = writeln!(text, "  a pedal is fully pressed for {:.1} s", fit.saturated_s);
+                let _ = writeln!(
+                    text,
+                    "  saturated: a pedal is fully pressed for {:.1} s, in which it says nothing",
+                    fit.saturated_s
+                );
             }
             for why in &fit.no_intervals {
                 let _ = writeln!(text, "  no interval: {why}");
@@ -122,6 +137,12 @@ impl Answer for IdentifyAnswer {
             for warning in &fit.warnings {
                 let _ = writeln!(text, "  {warning}");
             }
+        }
+        if !self.trucks.is_empty() {
+            text.push('\n');
+        }
+        for truck in &self.trucks {
+            let _ = writeln!(text, "{}", truck.text());
         }
         match &self.population {
             None => {
@@ -168,6 +189,7 @@ fn line(text: &mut String, parameter: &DriverParameterFit) {
         "start_speed_mps" => ("speed at the start", "m/s"),
         "delay_s" => ("delay", "s"),
         "mass_kg" => ("mass", "kg"),
+        "resistance_share" => ("rolling resistance and drag above the study's", ""),
         name => (name, ""),
     };
     let _ = write!(text, "  {label} = {:.4}", parameter.value);

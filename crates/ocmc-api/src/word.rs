@@ -107,7 +107,9 @@ pub const SEASONS: [Word<Season>; 4] = [
 ];
 
 /// What an identification can estimate beside the controller.
-pub const UNKNOWNS: [Word<Unknown>; 2] = [
+pub const UNKNOWNS: [Word<Unknown>; 4] = [
     ("delay", "How late the driver sees the speed", Unknown::Delay),
     ("mass", "The mass of the truck", Unknown::Mass),
+    ("resistance", "Rolling resistance and air drag of the truck", Unknown::Resistance),
+    ("none", "Nothing: the truck is the study's, its driver reacts at once", Unknown::Nothing),
 ];

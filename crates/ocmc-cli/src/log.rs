@@ -104,9 +104,10 @@ pub(crate) struct IdentifyArguments {
     /// the paper bias the gains and have no intervals
     #[arg(long, value_name = "NAME", default_value = "none", value_parser = one_of(SPEED_TERMS))]
     speed_term: SpeedTerm,
-    /// What else is not known and is estimated with the gains; may be joined by commas
+    /// What else is not known and is estimated with the gains; may be joined by commas. Default: all
+    /// of it with a PID and without a speed term, otherwise none
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = one_of(UNKNOWNS))]
-    unknown: Vec<Unknown>,
+    unknown: Option<Vec<Unknown>>,
     /// Starts of the search for each event
     #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u16).range(1..=4096))]
     starts: u16,
@@ -161,7 +162,10 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     let options = IdentifyOptions {
         controller: arguments.controller,
         speed_term: arguments.speed_term,
-        unknown: Unknowns::of(&arguments.unknown),
+        unknown: arguments.unknown.as_deref().map_or_else(
+            || Unknowns::standard(arguments.controller, arguments.speed_term),
+            Unknowns::of,
+        ),
         starts: usize::from(arguments.starts),
         intervals: !arguments.no_intervals,
         proportional: range(kp),

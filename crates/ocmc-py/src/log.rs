@@ -168,9 +168,10 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     Speed that the objective compares with the set speed. The paper may mean the measured or the
 ///     simulated one: both bias the gains, and there are no intervals with them. Without this term
 ///     they are unbiased.
-/// unknown : sequence of {"delay", "mass"}
+/// unknown : sequence of {"delay", "mass", "resistance", "none"}, optional
 ///     Other unknowns, which are estimated with the gains: how late the driver sees the speed, the
-///     mass of the truck.
+///     mass of the truck, its rolling resistance and air drag. All of them with a PID and without a
+///     speed term, otherwise none.
 /// starts : int
 ///     Starts of the search for each event, at least 1.
 /// kp : tuple of float
@@ -190,8 +191,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     The content of ``ocmc identify --json``: ``fits`` with ``driver``, ``event``, ``kp`` (s/m),
 ///     ``ki`` (1/m), ``kd`` (s²/m),
 ///     ``set_speed_mps``, ``at_bound``, ``not_identifiable``, ``no_intervals`` (why there are none:
-///     residuals that are not the noise of sensors), ``warnings`` and others; ``population``, of three
-///     drivers or more; ``left_out``, and
+///     residuals that are not the noise of sensors), ``warnings`` and others; ``trucks`` (the mass by all
+///     events of a log); ``population``, of three drivers or more; ``left_out``, and
 ///     ``notes`` on rows that are not used.
 ///
 /// Raises
@@ -233,10 +234,10 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 #[pyfunction]
 #[pyo3(
     signature = (
-        logs, study, *, columns=None, controller="pid", speed_term="none", unknown=Vec::new(), starts=None, kp=None,
+        logs, study, *, columns=None, controller="pid", speed_term="none", unknown=None, starts=None, kp=None,
         ki=None, kd=None, intervals=true, progress=None
     ),
-    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', unknown=(), starts=8, \
+    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', unknown=None, starts=8, \
                       kp=(0.01, 2.0), ki=(0.0001, 0.2), kd=(0.0, 2.0), intervals=True, progress=None)"
 )]
 pub(crate) fn identify<'py>(
@@ -246,7 +247,7 @@ pub(crate) fn identify<'py>(
     columns: Option<BTreeMap<String, String>>,
     controller: &str,
     speed_term: &str,
-    unknown: Vec<String>,
+    unknown: Option<Vec<String>>,
     starts: Option<&Bound<'py, PyAny>>,
     kp: Option<(f64, f64)>,
     ki: Option<(f64, f64)>,
@@ -257,12 +258,17 @@ pub(crate) fn identify<'py>(
     let standard = IdentifyOptions::default();
     let starts = starts.map(|starts| whole_number(starts, "starts", 1, MOST_STARTS)).transpose()?;
     let [measured, simulated, none] = SPEED_TERMS;
-    let unknown: Vec<_> =
-        unknown.iter().map(|name| one_of("unknown", name, &UNKNOWNS)).collect::<PyResult<_>>()?;
+    let controller = one_of("controller", controller, &CONTROLLERS)?;
+    let speed_term = one_of("speed_term", speed_term, &[none, measured, simulated])?;
+    let word = |name: &String| one_of("unknown", name, &UNKNOWNS);
+    let unknown = match unknown {
+        Some(names) => Unknowns::of(&names.iter().map(word).collect::<PyResult<Vec<_>>>()?),
+        None => Unknowns::standard(controller, speed_term),
+    };
     let options = IdentifyOptions {
-        unknown: Unknowns::of(&unknown),
-        controller: one_of("controller", controller, &CONTROLLERS)?,
-        speed_term: one_of("speed_term", speed_term, &[none, measured, simulated])?,
+        unknown,
+        controller,
+        speed_term,
         starts: starts.map_or(standard.starts, |starts| starts as usize),
         intervals,
         proportional: kp.map_or(standard.proportional, Into::into),

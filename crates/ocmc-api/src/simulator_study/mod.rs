@@ -15,7 +15,7 @@ use ocmc_estimation::fit::curve_speed::{
 use ocmc_estimation::fit::speed_change::{
     SpeedChangeFit, SpeedChangeOptions, SpeedChangeTable, fit as fit_speed_change,
 };
-use ocmc_estimation::identification::options::{IdentifyOptions, SpeedTerm};
+use ocmc_estimation::identification::options::{IdentifyOptions, SpeedTerm, Unknowns};
 use ocmc_fleet::quantile::quantile;
 use ocmc_fleet::run::{RunPlan, each};
 use ocmc_io::report::{
@@ -171,8 +171,12 @@ pub fn simulator_study(
     let events = match identify {
         None => Vec::new(),
         Some(speed_term) => {
-            let options =
-                IdentifyOptions { speed_term, intervals: false, ..IdentifyOptions::default() };
+            let options = IdentifyOptions {
+                speed_term,
+                unknown: Unknowns::NONE,
+                intervals: false,
+                ..IdentifyOptions::default()
+            };
             let events = slopes::of(&signals);
             let start = Progress { what: "events", done: 0, total: events.len() as u64 };
             aside(start, watch, |stop, done| {

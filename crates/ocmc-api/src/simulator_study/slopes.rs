@@ -109,7 +109,7 @@ pub(super) fn series(log: &PedalLog, rows: Range<usize>) -> DriveSeries {
 mod tests {
     use super::*;
     use crate::simulator_study::recorded::Recorded;
-    use ocmc_estimation::identification::options::SpeedTerm;
+    use ocmc_estimation::identification::options::{SpeedTerm, Unknowns};
 
     #[test]
     fn a_driver_comes_back_from_one_slope_and_drives_it_alike() {
@@ -122,6 +122,7 @@ mod tests {
         let speed_term = SpeedTerm::None;
         let options = IdentifyOptions {
             speed_term,
+            unknown: Unknowns::NONE,
             intervals: false,
             starts: 4,
             ..IdentifyOptions::default()

@@ -80,6 +80,8 @@ pub struct Controller {
     pub delay_s: f64,
     /// Mass of the truck, in kg; none: the study's.
     pub mass_kg: Option<f64>,
+    /// Rolling resistance and air drag above the study's, as a share of them.
+    pub resistance_share: f64,
 }
 
 /// What the first second of a log says about the start of its event.
@@ -209,6 +211,7 @@ impl<'a> ClosedLoop<'a> {
             offset_m: position_m[0] - origin_m,
             speed_mps,
             gear: start_gear(study, log, speed_mps),
+            last_shift: log.last_shift,
             accelerator,
             integral: 0.0,
             filtered_mps: lagged(speed, filter_s),
@@ -282,6 +285,8 @@ impl<'a> ClosedLoop<'a> {
             let payload_kg = mass_kg - vehicle.curb_mass_kg;
             scenario.vehicle = vehicle.sample(payload_kg, &streams, &without);
         }
+        scenario.vehicle.rolling_coefficient *= 1.0 + controller.resistance_share;
+        scenario.vehicle.drag_area_m2 *= 1.0 + controller.resistance_share;
         let near = |threshold_mps| (set_speed_mps - start_speed_mps).abs() < threshold_mps;
         let rolling = InitialMotion {
             integral: controller.start,

@@ -4,6 +4,8 @@
 //! ends where the next one begins.
 
 use super::even_slope::{EvenSlopes, SlopeScatter, even_slopes};
+use super::speed_ahead::SpeedSetter;
+use ocmc_core::kernel::trip::LastShift;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -40,6 +42,14 @@ pub struct PedalLog {
     pub position_m: Option<Vec<f64>>,
     /// Gear, from 1; none: by the engine's speed.
     pub gear: Option<Vec<f64>>,
+    /// The shift before the first row; none where the log has none.
+    pub last_shift: Option<LastShift>,
+    /// Speed limit, in m/s; none where it is not known.
+    pub limit_mps: Option<Vec<f64>>,
+    /// Curvature of the path, in 1/m; none where it is not known.
+    pub curvature_per_m: Option<Vec<f64>>,
+    /// What may set the speed behind the last row; none where nothing cut the event off.
+    pub ended_by: Option<SpeedSetter>,
     /// Standard error of the even stretch of slope of each row; none where the slopes are taken as
     /// they are.
     pub grade_error: Option<Vec<f64>>,
@@ -87,15 +97,18 @@ pub enum EventError {
     },
     /// Too little to identify anything.
     #[error(
-        "{rows} row{} over {duration_s:.1} s: at least {FEWEST_ROWS} rows over {SHORTEST_S} s are \
+        "{rows} row{} over {duration_s:.1} s{}: at least {FEWEST_ROWS} rows over {SHORTEST_S} s are \
          needed",
-        if *rows == 1 { "" } else { "s" }
+        if *rows == 1 { "" } else { "s" },
+        ended_by.map_or(String::new(), |setter| format!(", where {}", setter.text()))
     )]
     TooShort {
         /// Rows.
         rows: usize,
         /// Duration, in s.
         duration_s: f64,
+        /// What ends it.
+        ended_by: Option<SpeedSetter>,
     },
     /// Pedals that are no shares.
     #[error(
@@ -163,6 +176,10 @@ impl PedalLog {
             grade: of(&self.grade),
             position_m: self.position_m.as_ref().map(of),
             gear: self.gear.as_ref().map(of),
+            last_shift: self.last_shift_before(first),
+            ended_by: self.ended_by.filter(|_| end == self.time_s.len()),
+            limit_mps: self.limit_mps.as_ref().map(of),
+            curvature_per_m: self.curvature_per_m.as_ref().map(of),
             grade_error: self.grade_error.as_ref().map(of),
         }
     }
@@ -236,6 +253,21 @@ impl PedalLog {
             .collect()
     }
 
+    /// The last shift before a row, or in it.
+    fn last_shift_before(&self, row: usize) -> Option<LastShift> {
+        let at_s = *self.time_s.get(row)?;
+        let gear = self.gear.as_ref()?;
+        let shifts = |k: &usize| libm::round(gear[*k]) != libm::round(gear[k - 1]);
+        match (1..=row).rev().find(shifts) {
+            Some(k) => {
+                Some(LastShift { since_s: at_s - self.time_s[k], upwards: gear[k] > gear[k - 1] })
+            }
+            None => self
+                .last_shift
+                .map(|shift| LastShift { since_s: shift.since_s + at_s - self.time_s[0], ..shift }),
+        }
+    }
+
     /// Whether another gear was engaged in a row or shortly before it.
     fn shifts_before(&self, row: usize) -> bool {
         let Some(gear) = &self.gear else { return false };
@@ -279,7 +311,7 @@ impl PedalLog {
         }
         let duration_s = self.duration_s();
         if rows < FEWEST_ROWS || duration_s < SHORTEST_S {
-            return Err(EventError::TooShort { rows, duration_s });
+            return Err(EventError::TooShort { rows, duration_s, ended_by: self.ended_by });
         }
         for (column, values) in [("accelerator", &self.accelerator), ("brake", &self.brake)] {
             // noise around 0 and 1 is allowed
@@ -362,6 +394,18 @@ mod tests {
         assert_eq!((events[0].1.start, events[0].1.end, events[1].1.end), (150, 550, 980));
         let kind = log.part(events[0].1.start, events[0].1.end).check().unwrap();
         assert!(kind.grade == 0.035 && (kind.saturated_s - 1.0).abs() < 0.11, "{kind:?}");
+    }
+
+    #[test]
+    fn the_last_shift_is_carried_into_an_event() {
+        let gear = (0..1000).map(|k| if k < 100 { 10.0 } else { 11.0 }).collect();
+        let log = PedalLog { gear: Some(gear), ..drive() };
+        assert_eq!(log.part(50, 900).last_shift, None);
+        let event = log.part(180, 900);
+        let LastShift { since_s, upwards } = event.last_shift.expect("row 100");
+        assert!((since_s - 8.0).abs() < 1e-9 && upwards);
+        let later = event.part(20, 300).last_shift.expect("still known");
+        assert!((later.since_s - 10.0).abs() < 1e-9);
     }
 
     #[test]

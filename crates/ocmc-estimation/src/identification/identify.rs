@@ -8,7 +8,8 @@
 //! measured: either pulls the gains, the simulated speed since the term is not zero at the truth,
 //! the measured one by the set speed, which is estimated, too. Both can be chosen; none is the
 //! default, and each pedal counts in units of its sensor's noise. Integral part and speed at the
-//! start are estimated, too; the driver's delay and the truck's mass may be.
+//! start are estimated, too, and so are the driver's delay, the truck's mass and its resistance: each
+//! counts as one more measurement, of what the study says, with its spread (`truck_prior.rs`).
 //!
 //! How the best fit is looked for is told in `search.rs`: K_D is at least 0 until the fit has
 //! passed its tests, and then free, for a bound at 0 would make the mean of small ones too large.
@@ -83,6 +84,9 @@ pub struct EventFit {
     pub delay_s: Option<f64>,
     /// Mass of the truck, in kg, where that was asked for.
     pub mass_kg: Option<f64>,
+    /// Rolling resistance and air drag of the truck above the study's, as a share of them, where
+    /// that was asked for.
+    pub resistance_share: Option<f64>,
     /// Names of the parameters at a bound.
     pub at_bound: Vec<&'static str>,
     /// Names of the parameters that the data do not determine.
@@ -132,20 +136,24 @@ pub fn identify_event(
     options: &IdentifyOptions,
     stop: &AtomicBool,
 ) -> Result<EventFit, EventError> {
-    pool(0).install(|| identified(study, [driver, event], log, options, stop))
+    let found = || identified(study, [driver, event], log, options, None, stop);
+    pool(0).install(found).map(|(fit, _)| fit)
 }
 
-fn identified(
+/// Identifies an event, where `mass` is known of the truck before its log is read (kg, standard
+/// deviation); and what this log alone says of the mass.
+pub(super) fn identified(
     study: &Study,
     [driver, event]: [&str; 2],
     log: &PedalLog,
     options: &IdentifyOptions,
+    mass: Option<[f64; 2]>,
     stop: &AtomicBool,
-) -> Result<EventFit, EventError> {
+) -> Result<(EventFit, Option<[f64; 2]>), EventError> {
     let kind = log.check()?;
     let (log, scatter) = log.clone().with_even_slopes();
     let stopped = || stop.load(Ordering::Relaxed);
-    let searched = Searched::of(study, &log, *options, stop);
+    let searched = Searched::of(study, &log, *options, mass, stop);
     if stopped() {
         return Err(EventError::Stopped);
     }
@@ -211,6 +219,9 @@ fn identified(
         };
         warnings.push(format!("it begins unsettled, {why}: {estimated}"));
     }
+    if let Some(setter) = log.ended_by {
+        warnings.push(format!("it ends after {:.0} s, where {}", kind.duration_s, setter.text()));
+    }
     if let Some(scatter) = scatter {
         warnings.push(scatter.text());
     }
@@ -218,8 +229,12 @@ fn identified(
     let named = |wanted: &dyn Fn(&DriverParameterFit) -> bool| -> Vec<&'static str> {
         parameters.iter().filter(|fit| wanted(fit)).map(|fit| fit.name).collect()
     };
+    let told = problem
+        .prior("mass_kg")
+        .filter(|_| misfits.is_empty())
+        .and_then(|(k, prior)| without_prior([best.parameters[k], errors[k] * wider[k]], prior));
     let value = |name: &str| parameters.iter().find(|fit| fit.name == name).map(|fit| fit.value);
-    Ok(EventFit {
+    let fit = EventFit {
         driver: driver.to_owned(),
         event: event.to_owned(),
         grade,
@@ -230,6 +245,7 @@ fn identified(
         set_speed_mps: value("set_speed_mps").unwrap_or(f64::NAN),
         delay_s: value("delay_s"),
         mass_kg: value("mass_kg"),
+        resistance_share: value("resistance_share"),
         at_bound: named(&|fit| fit.at_bound),
         not_identifiable: named(&|fit| fit.not_identifiable.is_some()),
         objective: comparison.objective,
@@ -244,7 +260,19 @@ fn identified(
         saturated_s,
         duration_s,
         parameters,
-    })
+    };
+    Ok((fit, told))
+}
+
+/// What an estimate says without what was known before: both with their standard errors. None where
+/// it says hardly more.
+fn without_prior(
+    [estimate, error]: [f64; 2],
+    [expected, prior_error]: [f64; 2],
+) -> Option<[f64; 2]> {
+    let [both, prior] = [error, prior_error].map(|error| 1.0 / (error * error));
+    let own = both - prior;
+    (own > prior).then(|| [(estimate * both - expected * prior) / own, 1.0 / own.sqrt()])
 }
 
 /// Standard deviation of a pedal sensor's resolution.
@@ -321,4 +349,20 @@ fn condition(jacobian: &DMatrix<f64>) -> f64 {
     }
     let values = scaled.qr().r().singular_values();
     values.max() / values.min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_known_before_is_taken_off_an_estimate() {
+        // 48 ± 2 of the log, 40 ± 8 before: together (48 / 4 + 40 / 64) / (1 / 4 + 1 / 64)
+        let both = 0.25 + 1.0 / 64.0;
+        let together = [(12.0 + 40.0 / 64.0) / both, 1.0 / both.sqrt()];
+        let [own, error] = without_prior(together, [40.0, 8.0]).expect("the log says more");
+        assert!((own - 48.0).abs() < 1e-9 && (error - 2.0).abs() < 1e-9, "{own} ± {error}");
+        // a log that says less than was known
+        assert_eq!(without_prior([40.0, 7.0], [40.0, 8.0]), None);
+    }
 }

@@ -6,7 +6,7 @@
 //! Sroka and Jennen-Steinmetz (Biometrika 73 (1986) 625-633) for even steps, made robust.
 
 /// Median of the absolute value of a standard normal number.
-const MEDIAN_ABSOLUTE: f64 = 0.674490;
+pub(super) const MEDIAN_ABSOLUTE: f64 = 0.674490;
 /// Fewest differences.
 const FEWEST: usize = 30;
 /// Rows to either side of one that its average takes, and averages that are away from the stops.

@@ -32,22 +32,47 @@ pub enum Unknown {
     Delay,
     /// The mass of the truck.
     Mass,
+    /// Rolling resistance and air drag of the truck.
+    Resistance,
+    /// Nothing.
+    Nothing,
 }
 
-/// What is estimated with the controller.
+/// What is estimated with the controller, from what is known of it before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Unknowns {
     /// How late the driver sees the speed.
     pub delay: bool,
     /// The mass of the truck.
     pub mass: bool,
+    /// Rolling resistance and air drag of the truck.
+    pub resistance: bool,
 }
 
 impl Unknowns {
+    /// All of them.
+    pub const ALL: Self = Self { delay: true, mass: true, resistance: true };
+    /// None of them: the truck is the study's, and its driver reacts at once.
+    pub const NONE: Self = Self { delay: false, mass: false, resistance: false };
+
     /// Those of a list.
     pub fn of(list: &[Unknown]) -> Self {
         let has = |unknown| list.contains(&unknown);
-        Self { delay: has(Unknown::Delay), mass: has(Unknown::Mass) }
+        Self {
+            delay: has(Unknown::Delay),
+            mass: has(Unknown::Mass),
+            resistance: has(Unknown::Resistance),
+        }
+    }
+
+    /// Those that are estimated where nothing else is said: all with a PID whose pedals alone are
+    /// compared; none with a switched driver, whose pedals jump, or with a speed term, which
+    /// biases what is estimated.
+    pub fn standard(controller: ControllerKind, speed_term: SpeedTerm) -> Self {
+        match (controller, speed_term) {
+            (ControllerKind::Pid, SpeedTerm::None) => Self::ALL,
+            _ => Self::NONE,
+        }
     }
 }
 
@@ -83,7 +108,7 @@ impl Default for IdentifyOptions {
             controller: ControllerKind::Pid,
             // the paper's readings bias the gains
             speed_term: SpeedTerm::None,
-            unknown: Unknowns::default(),
+            unknown: Unknowns::ALL,
             starts: 8,
             resolution: 0.01,
             intervals: true,

@@ -3,7 +3,8 @@
 //!
 //! Each pedal counts in units of its sensor's noise. Beside controller and set speed the start is
 //! estimated: the integral part, which no log contains, and the speed, of which the first second of
-//! the log is one more measurement.
+//! the log is one more measurement. So is what is known before of the delay, the mass and the
+//! resistance, where they are estimated.
 
 use super::bounded_least_squares::{Optimum, Tolerances, minimise};
 use super::closed_loop::{ClosedLoop, Controller};
@@ -11,9 +12,9 @@ use super::comparison::{Comparison, interpolated};
 use super::compass_search::descend;
 use super::event::PedalLog;
 use super::fit_test::ComparedRow;
-use super::identify::DriverParameterFit;
 use super::noise::pedal_noise_sd;
 use super::options::{ControllerKind, IdentifyOptions, SpeedTerm};
+use super::truck_prior::TruckPrior;
 use ocmc_core::kernel::drive::pedal_event::EventSeries;
 use ocmc_core::lanes::WIDTH;
 use ocmc_core::study::Study;
@@ -22,8 +23,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Scale of the speed term, in m/s (paper).
 const SPEED_SCALE_MPS: f64 = 20.0;
-/// A parameter is identified where its interval is not wider than this share of it, to either side.
-const WIDEST: f64 = 0.5;
 /// Half width of the box of the set speed around the mean speed, in m/s.
 const SET_SPEED_RANGE_MPS: f64 = 4.0;
 /// The starts scatter the set speed within this, in m/s.
@@ -33,9 +32,13 @@ const NOT_COMPARED_S: f64 = 1.0;
 /// Half width of the box of the speed at the start, in standard errors of the log's.
 const START_SPEED_ERRORS: f64 = 6.0;
 /// Latest reaction that is looked for, in s [EJ].
-const LATEST_S: f64 = 2.0;
+pub(super) const LATEST_S: f64 = 2.0;
 /// Largest mass that is looked for, as a multiple of the study's [EJ].
 const HEAVIEST: f64 = 2.0;
+/// Standard deviation of how late a driver may be before the log says so, in s [EJ].
+const DELAY_SD_S: f64 = 0.3;
+/// Bounds of the resistance above the study's, as a share of it [EJ].
+const LARGEST_SHARE: [f64; 2] = [-0.5, 1.0];
 /// Steps of the derivatives by delay, in s, and by mass, as a share of it.
 const DELAY_STEP_S: f64 = 0.1;
 const MASS_STEP: f64 = 0.01;
@@ -58,15 +61,20 @@ pub(super) struct Problem<'a> {
     pub(super) names: Vec<&'static str>,
     pub(super) bounds: Vec<[f64; 2]>,
     integral_range: [f64; 2],
+    /// What is known of parameters before the log: place, expected value and standard deviation.
+    priors: Vec<(usize, [f64; 2])>,
     /// Set once no caller waits for an answer any more.
     stop: &'a AtomicBool,
 }
 
 impl<'a> Problem<'a> {
+    /// `mass`: what is known of the mass before the log is read, in kg, and its standard deviation;
+    /// none: what the study says.
     pub(super) fn new(
         study: &'a Study,
         log: &'a PedalLog,
         options: IdentifyOptions,
+        mass: Option<[f64; 2]>,
         stop: &'a AtomicBool,
     ) -> Self {
         let rows = log.time_s.len();
@@ -102,12 +110,23 @@ impl<'a> Problem<'a> {
                 ("set_speed_mps", speed),
             ],
         };
+        let mut priors = Vec::new();
+        let mut unknown = |name, bounds, prior| {
+            priors.push((boxes.len(), prior));
+            boxes.push((name, bounds));
+        };
+        let truck = TruckPrior::of(study);
         if options.unknown.delay {
-            boxes.push(("delay_s", [0.0, LATEST_S]));
+            unknown("delay_s", [0.0, LATEST_S], [0.0, DELAY_SD_S]);
         }
         if options.unknown.mass {
             let [mass_kg, empty_kg] = closed.masses_kg();
-            boxes.push(("mass_kg", [empty_kg, HEAVIEST * mass_kg]));
+            let bounds = [empty_kg, HEAVIEST * mass_kg];
+            let of_study = [mass_kg, truck.mass_sd_share * mass_kg];
+            unknown("mass_kg", bounds, mass.unwrap_or(of_study));
+        }
+        if options.unknown.resistance {
+            unknown("resistance_share", LARGEST_SHARE, [0.0, truck.resistance_sd_share]);
         }
         let (names, bounds) = boxes.into_iter().unzip();
         let least = options.resolution / 12.0f64.sqrt();
@@ -128,6 +147,7 @@ impl<'a> Problem<'a> {
             names,
             bounds,
             integral_range,
+            priors,
             stop,
         }
     }
@@ -164,6 +184,33 @@ impl<'a> Problem<'a> {
             start_speed_mps: of("start_speed_mps").unwrap_or(self.closed.rolling.speed_mps),
             delay_s: of("delay_s").unwrap_or(0.0),
             mass_kg: of("mass_kg"),
+            resistance_share: of("resistance_share").unwrap_or(0.0),
+        }
+    }
+
+    /// Whether anything beside the controller is estimated.
+    pub(super) fn has_priors(&self) -> bool {
+        !self.priors.is_empty()
+    }
+
+    /// The bounds with what is unknown beside the controller held where it is expected.
+    pub(super) fn expected_bounds(&self) -> Vec<[f64; 2]> {
+        let mut bounds = self.bounds.clone();
+        self.priors.iter().for_each(|(k, [expected, _])| bounds[*k] = [*expected; 2]);
+        bounds
+    }
+
+    /// What is expected of a parameter before the log is read, and its standard deviation.
+    pub(super) fn prior(&self, name: &str) -> Option<(usize, [f64; 2])> {
+        self.priors.iter().copied().find(|(k, _)| self.names[*k] == name)
+    }
+
+    /// An unknown beside the gains, of a controller.
+    fn value_of(&self, controller: &Controller, name: &str) -> f64 {
+        match name {
+            "delay_s" => controller.delay_s,
+            "mass_kg" => controller.mass_kg.unwrap_or(self.mass_kg()),
+            _ => controller.resistance_share,
         }
     }
 
@@ -193,13 +240,11 @@ impl<'a> Problem<'a> {
             }
             ControllerKind::Switched => vec![proportional, log(1, 2), speed],
         };
-        // dimensions of their own: the same points with and without
-        if self.options.unknown.delay {
-            point.push(0.5 * LATEST_S * part(4));
-        }
-        if self.options.unknown.mass {
-            point.push(self.mass_kg() * (0.75 + 0.5 * part(5)));
-        }
+        // what is known of the others is where they start; a late driver may be anywhere
+        point.extend(self.priors.iter().map(|(k, [expected, sd])| match self.names[*k] {
+            "delay_s" => sd * part(4),
+            _ => *expected,
+        }));
         point
     }
 
@@ -250,10 +295,10 @@ impl<'a> Problem<'a> {
     }
 
     /// Residuals in units of their noise, for each controller: of each row both pedals and the
-    /// speed term, at last the speed at the start.
+    /// speed term, at last the speed at the start and what else is known before.
     fn residuals_of(&self, closed: &ClosedLoop, controllers: &[Controller]) -> Vec<Vec<f64>> {
         let a_row = if self.options.speed_term == SpeedTerm::None { 2 } else { 3 };
-        let rows = self.log.time_s.len() * a_row + 1;
+        let rows = self.log.time_s.len() * a_row + 1 + self.priors.len();
         if self.is_stopped() {
             // a sum of squares of 0 ends every search
             return vec![vec![0.0; rows]; controllers.len()];
@@ -279,6 +324,9 @@ impl<'a> Problem<'a> {
             }
             let [start_mps, error_mps] = self.closed.start.speed_mps;
             r.push((controller.start_speed_mps - start_mps) / error_mps);
+            r.extend(self.priors.iter().map(|(k, [expected, sd])| {
+                (self.value_of(controller, self.names[*k]) - expected) / sd
+            }));
             r
         };
         controllers.iter().zip(&drives).map(of).collect()
@@ -370,33 +418,5 @@ impl<'a> Problem<'a> {
 
     pub(super) fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
-    }
-
-    /// Whether parameter `k` stands at one of its bounds.
-    pub(super) fn is_at_bound(&self, k: usize, x: &[f64]) -> bool {
-        let [lower, upper] = self.bounds[k];
-        self.bounds[k].iter().any(|bound| (x[k] - bound).abs() <= 1e-6 * (upper - lower))
-    }
-
-    /// Why a parameter is not determined by the data.
-    pub(super) fn verdict(&self, k: usize, fit: &DriverParameterFit) -> Option<&'static str> {
-        if fit.at_bound {
-            return Some("it ended at a bound");
-        }
-        // what matters of a speed is the error: its scale is 1 m/s; of a start 1
-        // and of a delay 1 s
-        let size = match fit.name {
-            "set_speed_mps" | "start_integral" | "start_speed_mps" | "delay_s" => 1.0,
-            _ => fit.value.abs(),
-        };
-        let width = |ends: [f64; 2]| (ends[1] - fit.value).max(fit.value - ends[0]);
-        if width(fit.spread) > WIDEST * size {
-            return Some("different values fit equally well");
-        }
-        let interval = fit.interval?;
-        if interval[0] <= self.bounds[k][0] && interval[1] >= self.bounds[k][1] {
-            return Some("its interval is the whole box");
-        }
-        (width(interval) > WIDEST * size).then_some("its interval is wider than half of it")
     }
 }

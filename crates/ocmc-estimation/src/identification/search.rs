@@ -54,12 +54,19 @@ impl<'a> Searched<'a> {
         study: &'a Study,
         log: &'a PedalLog,
         options: IdentifyOptions,
+        mass: Option<[f64; 2]>,
         stop: &'a AtomicBool,
     ) -> Self {
-        let problem = Problem::new(study, log, options, stop);
+        let problem = Problem::new(study, log, options, mass, stop);
         let (mut optima, mut found) = (Vec::new(), Found::default());
         for round in 0..ROUNDS {
-            optima.extend(ends(&problem, &problem.starts(round)));
+            let mut from = problem.starts(round);
+            if round == 0 && problem.has_priors() {
+                // the truck that is expected leads through the shifts, to where others are looked for
+                let expected = problem.expected_bounds();
+                from = ends(&problem, &from, &expected).into_iter().map(|o| o.parameters).collect();
+            }
+            optima.extend(ends(&problem, &from, &problem.bounds));
             found = Found::of(&problem, &optima);
             let agreed = found.good.len() > 1 || options.starts == 1;
             if agreed && found.misfits.is_empty() {
@@ -68,7 +75,7 @@ impl<'a> Searched<'a> {
         }
         let starts = optima.len();
         let mut within = Self { problem, optima, starts, found }.looked_around();
-        match within.free(study, log, stop) {
+        match within.free(study, log, mass, stop) {
             Some(free) if free.found.misfits.is_empty() => free,
             // the bound of K_D alone has hidden that the fit does not explain the pedals
             Some(free) => {
@@ -94,14 +101,20 @@ impl<'a> Searched<'a> {
             }
             let deviation = self.found.test.deviation(resolution_sd(&options));
             let points = around(&self.problem, self.best(), deviation, look);
-            self.optima.extend(ends(&self.problem, &points));
+            self.optima.extend(ends(&self.problem, &points, &self.problem.bounds));
             self.found = Found::of(&self.problem, &self.optima);
         }
         self
     }
 
     /// The same with K_D free below 0, where the fit passes.
-    fn free(&self, study: &'a Study, log: &'a PedalLog, stop: &'a AtomicBool) -> Option<Self> {
+    fn free(
+        &self,
+        study: &'a Study,
+        log: &'a PedalLog,
+        mass: Option<[f64; 2]>,
+        stop: &'a AtomicBool,
+    ) -> Option<Self> {
         let options = self.problem.options;
         let [least, most] = options.derivative;
         // a delay explains what a K_D below 0 does
@@ -110,9 +123,9 @@ impl<'a> Searched<'a> {
             return None;
         }
         let options = IdentifyOptions { derivative: [-most, most], ..options };
-        let problem = Problem::new(study, log, options, stop);
+        let problem = Problem::new(study, log, options, mass, stop);
         let from: Vec<Vec<f64>> = self.optima.iter().map(|end| end.parameters.clone()).collect();
-        let optima = ends(&problem, &from);
+        let optima = ends(&problem, &from, &problem.bounds);
         let found = Found::of(&problem, &optima);
         let free = Self { problem, optima, starts: self.starts, found }.looked_around();
         let gain = free.problem.names.iter().position(|name| *name == "kd")?;
@@ -131,10 +144,10 @@ pub(super) fn is_smooth(options: &IdentifyOptions) -> bool {
     options.controller == ControllerKind::Pid && options.speed_term == SpeedTerm::None
 }
 
-/// Where the searches from some points end.
-fn ends(problem: &Problem, points: &[Vec<f64>]) -> Vec<Optimum> {
+/// Where the searches from some points end, within these bounds.
+fn ends(problem: &Problem, points: &[Vec<f64>], bounds: &[[f64; 2]]) -> Vec<Optimum> {
     let tolerances = problem.tolerances();
-    let search = |point: &Vec<f64>| problem.search(point, &problem.bounds, &tolerances);
+    let search = |point: &Vec<f64>| problem.search(point, bounds, &tolerances);
     points.par_iter().map(search).collect()
 }
 
@@ -180,8 +193,10 @@ impl Found {
         let best = &optima[order[0]];
         let comparison = problem.compare(&best.parameters);
         let (residuals, columns, [late, heavy]) = problem.scores(&best.parameters);
+        // the residuals of a switched driver jump: a step says nothing about what is missing
+        let jumps = options.controller == ControllerKind::Switched;
         let of = |unknown: bool, extra: &[f64]| {
-            if unknown { None } else { score(&residuals, &columns, extra) }
+            if unknown || jumps { None } else { score(&residuals, &columns, extra) }
         };
         let scores = [of(options.unknown.delay, &late), of(options.unknown.mass, &heavy)];
         let (least, count) = (resolution_sd(options), best.parameters.len());
@@ -191,6 +206,8 @@ impl Found {
         let sum = best.sum_of_squares;
         let limit = (sum * (1.0 + AS_GOOD)).max(sum + 0.01 * growth);
         order.retain(|&place| optima[place].sum_of_squares <= limit);
-        Self { good: order, comparison, test, misfits: test.misfits() }
+        let mut misfits = test.misfits();
+        misfits.extend(problem.edges(&best.parameters));
+        Self { good: order, comparison, test, misfits }
     }
 }

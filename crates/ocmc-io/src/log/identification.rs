@@ -1,15 +1,15 @@
 //! From logs to the pedal gains of their drivers: each event of each log.
 
 use super::LogFile;
-use super::pedals::{LoggedEvent, events};
+use super::pedals::events;
 use crate::number_text::grouped;
 use ocmc_core::study::Study;
-use ocmc_estimation::identification::event::EventError;
-use ocmc_estimation::identification::identify::{EventFit, identify_event};
+use ocmc_estimation::identification::identify::EventFit;
+use ocmc_estimation::identification::one_truck::{NamedEvent, identify_log};
 use ocmc_estimation::identification::options::IdentifyOptions;
 use ocmc_estimation::identification::population::Population;
 use serde::Serialize;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Most drives and events without a fit that are named one by one.
 const MOST_TOLD: usize = 5;
@@ -26,30 +26,68 @@ pub struct LeftOut {
     pub kind: &'static str,
 }
 
+/// What the events of a log say together of the truck that was driven.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TruckMass {
+    /// The driver.
+    pub driver: String,
+    /// Events of the log.
+    pub events: usize,
+    /// Mass, in kg.
+    pub mass_kg: f64,
+    /// Its standard error, in kg.
+    pub error_kg: f64,
+    /// Mass of the study's truck with its mean payload, in kg.
+    pub study_mass_kg: f64,
+}
+
+impl TruckMass {
+    /// What they say, in words.
+    pub fn text(&self) -> String {
+        let Self { driver, events, .. } = self;
+        let [mass, error, study] = [self.mass_kg, self.error_kg, self.study_mass_kg]
+            .map(|kg| grouped(kg.round().max(0.0) as u64));
+        format!(
+            "driver {driver}: his {events} events say that the truck weighs {mass} ± {error} kg \
+             (the study's: {study} kg)"
+        )
+    }
+}
+
 /// Events on their way to fits.
 #[derive(Clone, Debug, Default)]
 pub struct Identification {
-    /// Events without an answer yet, and where they stand.
-    waiting: Vec<(String, LoggedEvent)>,
+    /// Events without an answer yet: those of each log and driver, driven with one truck, and where
+    /// they stand.
+    waiting: Vec<Vec<(String, NamedEvent)>>,
     /// What was found.
     pub fits: Vec<EventFit>,
     /// What was not, in the order in which that was noticed.
     pub left_out: Vec<LeftOut>,
+    /// What the events of each log say of its truck.
+    pub trucks: Vec<TruckMass>,
     /// What was not used of the drives.
     pub notes: Vec<String>,
 }
 
 impl Identification {
-    /// Adds the events of a log.
-    pub fn add(&mut self, file: &LogFile) {
+    /// Adds the events of a log, driven with the truck and by a driver of a study.
+    pub fn add(&mut self, file: &LogFile, study: &Study) {
+        let first = self.waiting.len();
         for drive in &file.drives {
             let place = file.place(drive);
-            let (reason, kind) = match events(drive, &place) {
+            let (reason, kind) = match events(drive, &place, study) {
                 Ok((events, notes)) => {
                     self.notes.extend(notes);
                     if !events.is_empty() {
-                        let waiting = events.into_iter().map(|event| (place.clone(), event));
-                        self.waiting.extend(waiting);
+                        let events = events.into_iter().map(|event| (place.clone(), event));
+                        let same = |of: &&mut Vec<(String, NamedEvent)>| {
+                            of.iter().all(|(_, event)| event.driver == drive.driver)
+                        };
+                        match self.waiting[first..].iter_mut().find(same) {
+                            Some(of) => of.extend(events),
+                            None => self.waiting.push(events.collect()),
+                        }
                         continue;
                     }
                     let reason = "no event in the rows that can be used: a log needs the label \
@@ -64,10 +102,10 @@ impl Identification {
 
     /// Events without an answer yet.
     pub fn waiting(&self) -> usize {
-        self.waiting.len()
+        self.waiting.iter().map(Vec::len).sum()
     }
 
-    /// Answers them, one after the other; `done` counts them. Ends soon once `stop` is set, with
+    /// Answers them, those of a truck together; `done` counts them. Ends soon once `stop` is set, with
     /// the answers so far.
     pub fn identify(
         &mut self,
@@ -76,19 +114,36 @@ impl Identification {
         stop: &AtomicBool,
         mut done: impl FnMut(usize),
     ) {
-        for (k, (place, event)) in std::mem::take(&mut self.waiting).into_iter().enumerate() {
-            let name = &event.event;
-            let fit = identify_event(study, &event.driver, name, &event.log, options, stop);
-            match fit {
-                Ok(fit) => self.fits.push(fit),
-                Err(EventError::Stopped) => return,
-                Err(fault) => self.left_out.push(LeftOut {
-                    place: format!("event `{name}` of {place}"),
-                    reason: fault.to_string(),
-                    kind: fault.kind(),
-                }),
+        let mut answered = 0;
+        for truck in std::mem::take(&mut self.waiting) {
+            let (places, events): (Vec<String>, Vec<NamedEvent>) = truck.into_iter().unzip();
+            let found = identify_log(study, &events, options, stop, &mut || {
+                answered += 1;
+                done(answered);
+            });
+            if let (Some([mass_kg, error_kg]), Some(event)) = (found.mass_kg, events.first()) {
+                let model = study.model();
+                self.trucks.push(TruckMass {
+                    driver: event.driver.clone(),
+                    events: events.len(),
+                    mass_kg,
+                    error_kg,
+                    study_mass_kg: model.vehicle.curb_mass_kg + model.mission.payload_kg.centre(),
+                });
             }
-            done(k + 1);
+            for ((place, event), fit) in places.iter().zip(&events).zip(found.fits) {
+                match fit {
+                    Ok(fit) => self.fits.push(fit),
+                    Err(fault) => self.left_out.push(LeftOut {
+                        place: format!("event `{}` of {place}", event.event),
+                        reason: fault.to_string(),
+                        kind: fault.kind(),
+                    }),
+                }
+            }
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
         }
     }
 

@@ -3,7 +3,10 @@
 
 use super::{LoggedTrip, Need, counted};
 use crate::table::Quantity;
+use ocmc_core::study::Study;
 use ocmc_estimation::identification::event::PedalLog;
+use ocmc_estimation::identification::one_truck::NamedEvent;
+use ocmc_estimation::identification::speed_ahead::until_speed_is_set;
 use ocmc_estimation::log::signal::{LogError, check_time, ends_at_rest};
 
 /// What identification needs of a log.
@@ -21,25 +24,20 @@ const BEFORE_S: f64 = 5.0;
 /// km/h.
 const AFTER_S: f64 = 18.0;
 
-/// The log of one event.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoggedEvent {
-    /// The driver.
-    pub driver: String,
-    /// The event.
-    pub event: String,
-    /// Its log.
-    pub log: PedalLog,
-}
+/// Below this speed a yaw rate says nothing about the curvature, in m/s.
+const SLOWEST_MPS: f64 = 2.0;
 
 /// The events of a drive, and notes about what was not used of it; `place` is where it stands.
+///
+/// An event ends where a driver of the study may want another speed, for what lies ahead.
 ///
 /// # Errors
 /// [`LogError::Backwards`].
 pub fn events(
     drive: &LoggedTrip,
     place: &str,
-) -> Result<(Vec<LoggedEvent>, Vec<String>), LogError> {
+    study: &Study,
+) -> Result<(Vec<NamedEvent>, Vec<String>), LogError> {
     let needed = NEEDS.map(|need| drive.column(need[0]).unwrap_or_default());
     let [time, speed, accelerator, brake, grade] = needed;
     let mut rows: Vec<usize> = Vec::with_capacity(time.len());
@@ -94,6 +92,11 @@ pub fn events(
         grade: of(grade),
         position_m: known(Quantity::Position),
         gear: known(Quantity::Gear),
+        limit_mps: known(Quantity::Limit),
+        curvature_per_m: known(Quantity::Curvature).or_else(|| {
+            let per_m = |(yaw, speed): (f64, &f64)| yaw / speed.max(SLOWEST_MPS);
+            Some(known(Quantity::YawRate)?.into_iter().zip(&of(speed)).map(per_m).collect())
+        }),
         ..PedalLog::default()
     };
     if log.position_m.is_some() && !log.has_positions() {
@@ -105,12 +108,14 @@ pub fn events(
     if let Some(scatter) = scatter {
         notes.push(format!("{place}: {}", scatter.text()));
     }
-    let named = |event: String, log| LoggedEvent { driver: drive.driver.clone(), event, log };
-    let events = if let Some(event) = &drive.event {
-        vec![named(event.clone(), log)]
-    } else {
-        let found = log.slope_events(BEFORE_S, AFTER_S).into_iter();
-        found.map(|(event, rows)| named(event, log.part(rows.start, rows.end))).collect()
+    let found = match &drive.event {
+        Some(event) => vec![(event.clone(), 0..log.time_s.len())],
+        None => log.slope_events(BEFORE_S, AFTER_S),
     };
-    Ok((events, notes))
+    let events = found.into_iter().map(|(event, rows)| NamedEvent {
+        driver: drive.driver.clone(),
+        event,
+        log: until_speed_is_set(&log, &rows, study),
+    });
+    Ok((events.collect(), notes))
 }

@@ -25,6 +25,8 @@ pub struct InitialMotion {
     pub speed_mps: f64,
     /// Gear, from 0.
     pub gear: usize,
+    /// The shift into it; none where it is too long ago to matter.
+    pub last_shift: Option<LastShift>,
     /// Accelerator pedal that the engine's torque has followed.
     pub accelerator: f64,
     /// Integral part J of the controller.
@@ -39,6 +41,15 @@ pub struct InitialMotion {
     pub reaction_delay_s: f64,
     /// Acceleration before the start, in m/s²: what a driver sees late begins before the event.
     pub acceleration_mps2: f64,
+}
+
+/// The last shift of a gearbox that is between two of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LastShift {
+    /// Time since it began, in s.
+    pub since_s: f64,
+    /// Whether it was one to a higher gear.
+    pub upwards: bool,
 }
 
 impl LaneTask {
@@ -158,6 +169,13 @@ impl LaneTask {
     ) {
         self.progress.gear = rolling.gear;
         lane.state.set_gear(lane.number, self.progress.gear, lane.parameters);
+        if let Some(LastShift { since_s, upwards }) = rolling.last_shift {
+            let shift = &lane.parameters.vehicle.shift;
+            let motion = &mut lane.state.motion;
+            let [up_s, down_s] = shift.intervals_s(upwards);
+            motion.up_left[lane.number] = (up_s - since_s).max(0.0);
+            motion.down_left[lane.number] = (down_s - since_s).max(0.0);
+        }
         let engine_speed = rolling.speed_mps * lane.state.gear.speed_ratio[lane.number];
         lane.state.motion.speed[lane.number] = rolling.speed_mps;
         lane.state.motion.engine_speed[lane.number] = engine_speed.max(lane.parameters.idle_radps);

@@ -185,13 +185,7 @@ impl LaneTask {
         let full_load_nm = |w| lane.parameters.powertrain.full_load_nm(w);
         let gear = shift.wanted_gear(&inputs, &lane.parameters.vehicle.gears, full_load_nm);
         if gear != self.progress.gear {
-            let opposite_s = shift.opposite_interval_s.max(shift.interval_s);
-            let goes_up = gear > self.progress.gear;
-            let (up_s, down_s) = if goes_up {
-                (shift.interval_s, opposite_s)
-            } else {
-                (opposite_s, shift.interval_s)
-            };
+            let [up_s, down_s] = shift.intervals_s(gear > self.progress.gear);
             self.progress.gear = gear;
             self.progress.n_gear_shifts += 1;
             lane.state.set_gear(lane.number, gear, lane.parameters);

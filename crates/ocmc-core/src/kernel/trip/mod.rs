@@ -15,4 +15,4 @@ pub(crate) mod rest_stops;
 mod standstill;
 mod stop_ahead;
 
-pub use departure::InitialMotion;
+pub use departure::{InitialMotion, LastShift};

@@ -409,6 +409,12 @@ pub struct ShiftInputs {
 }
 
 impl ShiftModel {
+    /// Shortest times from a shift to the next one up and down, in s.
+    pub fn intervals_s(&self, upwards: bool) -> [f64; 2] {
+        let opposite_s = self.opposite_interval_s.max(self.interval_s);
+        if upwards { [self.interval_s, opposite_s] } else { [opposite_s, self.interval_s] }
+    }
+
     /// The gear (from 0) that the strategy wants now.
     pub fn wanted_gear(
         &self,

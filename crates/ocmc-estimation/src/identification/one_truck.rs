@@ -1,0 +1,108 @@
+//! The events of one log, all driven with the same truck: each is fitted with what the others say
+//! of its mass.
+//!
+//! Every event is identified twice. The first fits tell the mass of the truck, each by itself. For
+//! the second fit of an event it is expected at the median of the other ones, with the standard
+//! error of a median, 1.2533 s / √n: s is the median of the stated standard errors, or what the
+//! masses scatter by (their median absolute deviation over 0.6745), whichever is larger. A median,
+//! since shifts of the gearbox leave wrong optima, whose masses are far off and look certain. The
+//! truck of the closed loop is not exactly the one that was driven, so that the error is at least
+//! 1 % of the mass [EJ].
+//!
+//! Standard error of the median of normal numbers: M. G. Kendall, A. Stuart, "The Advanced Theory
+//! of Statistics", vol. 1, section 14.12 [PK].
+
+use super::event::{EventError, PedalLog};
+use super::identify::{EventFit, identified};
+use super::noise::{MEDIAN_ABSOLUTE, median};
+use super::options::IdentifyOptions;
+use ocmc_core::study::Study;
+use ocmc_fleet::run::pool;
+use std::sync::atomic::AtomicBool;
+
+/// Fewest other events whose masses are taken.
+const FEWEST: usize = 3;
+/// Standard error of the median of many normal numbers, in those of their mean: √(π/2).
+const MEDIAN_ERROR: f64 = 1.253314;
+/// Smallest standard error of a mass, as a share of it.
+const LEAST_SHARE: f64 = 0.01;
+
+/// The log of an event, with its names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedEvent {
+    /// The driver.
+    pub driver: String,
+    /// The event.
+    pub event: String,
+    /// Its log.
+    pub log: PedalLog,
+}
+
+/// What was found in the events of one log.
+#[derive(Debug, Default)]
+pub struct LogFit {
+    /// The fit of each event, in their order; fewer where it was stopped.
+    pub fits: Vec<Result<EventFit, EventError>>,
+    /// Mass of the truck by all events, in kg, and its standard error; none where too few tell it.
+    pub mass_kg: Option<[f64; 2]>,
+}
+
+/// Identifies the events of one truck; `done` counts them.
+pub fn identify_log(
+    study: &Study,
+    events: &[NamedEvent],
+    options: &IdentifyOptions,
+    stop: &AtomicBool,
+    done: &mut dyn FnMut(),
+) -> LogFit {
+    let fit = |event: &NamedEvent, options: &IdentifyOptions, mass: Option<[f64; 2]>| {
+        let names = [&event.driver[..], &event.event];
+        pool(0).install(|| identified(study, names, &event.log, options, mass, stop))
+    };
+    let together = options.unknown.mass && events.len() > FEWEST;
+    let first_options = IdentifyOptions { intervals: false, ..*options };
+    let masses: Vec<Option<[f64; 2]>> = if together {
+        events.iter().map(|event| fit(event, &first_options, None).ok()?.1).collect()
+    } else {
+        Vec::new()
+    };
+    let mut found = LogFit { mass_kg: of_all(masses.iter().flatten()), ..LogFit::default() };
+    for (k, event) in events.iter().enumerate() {
+        let others = masses.iter().enumerate().filter(|(other, _)| *other != k);
+        let answer = fit(event, options, of_all(others.filter_map(|(_, mass)| mass.as_ref())));
+        let stopped = matches!(answer, Err(EventError::Stopped));
+        if stopped {
+            return found;
+        }
+        found.fits.push(answer.map(|(fit, _)| fit));
+        done();
+    }
+    found
+}
+
+/// The mass by some events, and its standard error; none where they are too few.
+fn of_all<'a>(masses: impl Iterator<Item = &'a [f64; 2]>) -> Option<[f64; 2]> {
+    let (values, errors): (Vec<f64>, Vec<f64>) = masses.map(|&[mass, error]| (mass, error)).unzip();
+    if values.len() < FEWEST {
+        return None;
+    }
+    let count = values.len() as f64;
+    let middle = median(values.clone());
+    let away = median(values.iter().map(|mass| (mass - middle).abs()).collect());
+    let scatter = median(errors).max(away / MEDIAN_ABSOLUTE);
+    Some([middle, (MEDIAN_ERROR * scatter / count.sqrt()).max(LEAST_SHARE * middle)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_wrong_optimum_does_not_move_the_mass_of_all() {
+        let right = [[48e3, 1500.0], [47e3, 1500.0], [48.5e3, 1500.0], [47.5e3, 1500.0]];
+        let wrong = [[42e3, 100.0]];
+        let [mass_kg, error_kg] = of_all(right.iter().chain(&wrong)).expect("five are enough");
+        assert!(mass_kg == 47.5e3 && (400.0..1500.0).contains(&error_kg), "{mass_kg} {error_kg}");
+        assert_eq!(of_all(right[..2].iter()), None);
+    }
+}
