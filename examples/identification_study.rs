@@ -122,6 +122,7 @@ fn driven_late(
         ..Controller::default()
     });
     let mut late = PedalLog {
+        last_shift: log.last_shift,
         time_s: series.time_s,
         speed_mps: series.speed_mps,
         accelerator: series.accelerator,

@@ -301,6 +301,7 @@ fn driven_late(study: &Study, known: &Known, delay_s: f64) -> PedalLog {
         ..Controller::default()
     });
     let mut late = PedalLog {
+        last_shift: known.log.last_shift,
         time_s: series.time_s,
         speed_mps: series.speed_mps,
         accelerator: series.accelerator,

@@ -358,7 +358,7 @@ mod tests {
     #[test]
     fn what_was_known_before_is_taken_off_an_estimate() {
         // 48 ± 2 of the log, 40 ± 8 before: together (48 / 4 + 40 / 64) / (1 / 4 + 1 / 64)
-        let both = 0.25 + 1.0 / 64.0;
+        let both: f64 = 0.25 + 1.0 / 64.0;
         let together = [(12.0 + 40.0 / 64.0) / both, 1.0 / both.sqrt()];
         let [own, error] = without_prior(together, [40.0, 8.0]).expect("the log says more");
         assert!((own - 48.0).abs() < 1e-9 && (error - 2.0).abs() < 1e-9, "{own} ± {error}");

@@ -240,20 +240,24 @@ impl<'a> Problem<'a> {
             }
             ControllerKind::Switched => vec![proportional, log(1, 2), speed],
         };
-        // what is known of the others is where they start; a late driver may be anywhere
+        // dimensions of their own: the same points with and without
         point.extend(self.priors.iter().map(|(k, [expected, sd])| match self.names[*k] {
             "delay_s" => sd * part(4),
+            "mass_kg" => expected + sd * (2.0 * part(5) - 1.0),
             _ => *expected,
         }));
         point
     }
 
-    /// Where the searches of a round start: the best of many points of the sequence.
-    pub(super) fn starts(&self, round: usize) -> Vec<Vec<f64>> {
-        let wanted = self.options.starts.max(1);
+    /// Where the searches of a round start: the best of many points of the sequence, put within
+    /// `bounds`.
+    pub(super) fn starts(&self, round: usize, wanted: usize, bounds: &[[f64; 2]]) -> Vec<Vec<f64>> {
         let all = wanted * CANDIDATES;
-        let points: Vec<Vec<f64>> =
-            (round * all..(round + 1) * all).map(|k| self.start(k as u32)).collect();
+        let within = |k: usize| -> Vec<f64> {
+            let point = self.start(k as u32);
+            point.iter().zip(bounds).map(|(value, [low, high])| value.clamp(*low, *high)).collect()
+        };
+        let points: Vec<Vec<f64>> = (round * all..(round + 1) * all).map(within).collect();
         self.best_of(&points, wanted)
     }
 

@@ -59,13 +59,15 @@ impl<'a> Searched<'a> {
     ) -> Self {
         let problem = Problem::new(study, log, options, mass, stop);
         let (mut optima, mut found) = (Vec::new(), Found::default());
+        let wanted = options.starts.max(1);
         for round in 0..ROUNDS {
-            let mut from = problem.starts(round);
-            if round == 0 && problem.has_priors() {
-                // the truck that is expected leads through the shifts, to where others are looked for
-                let expected = problem.expected_bounds();
-                from = ends(&problem, &from, &expected).into_iter().map(|o| o.parameters).collect();
-            }
+            // the truck that is expected leads half of them through the shifts of its gearbox
+            let led = if round == 0 && problem.has_priors() { wanted.div_ceil(2) } else { 0 };
+            let expected = problem.expected_bounds();
+            let points = problem.starts(round, led, &expected);
+            let led_to = ends(&problem, &points, &expected).into_iter();
+            let mut from: Vec<Vec<f64>> = led_to.map(|end| end.parameters).collect();
+            from.extend(problem.starts(round, wanted - led, &problem.bounds));
             optima.extend(ends(&problem, &from, &problem.bounds));
             found = Found::of(&problem, &optima);
             let agreed = found.good.len() > 1 || options.starts == 1;
