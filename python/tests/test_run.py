@@ -174,6 +174,7 @@ def test_runs_in_two_threads_at_once(study, run):
 
 LONG = """
 import ocmc, sys
+from ocmc import Study
 SPEED = {{"time_s": [0.0, 40.0, 160.0], "speed_mps": [0.0, 20.0, 20.0]}}
 print("started", flush=True)
 try:
@@ -193,7 +194,7 @@ except KeyboardInterrupt:
         "ocmc.Study('field-truck').sensitivity(cycles=10**9)",
         "ocmc.Study('field-truck').bound(cycles=100)",
         "ocmc.simulator_study(ocmc.Study('simulator-study'), repetitions=5000)",
-        "ocmc.calibrate_curve_speed(ocmc.Study('field-truck-printed'), ocmc.Study('field-truck'), drivers=2000)",
+        "ocmc.calibrate_curve_speed(Study('field-truck-printed'), Study('field-truck'), drivers=2000)",
     ],
 )
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is a signal elsewhere")

@@ -56,7 +56,7 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(study::studies, module)?)?;
     module.add_function(wrap_pyfunction!(study::vehicles, module)?)?;
     module.add_function(wrap_pyfunction!(run::unpickled, module)?)?;
-    module.add_function(wrap_pyfunction!(pickle::unpickled_table, module)?)?;
+    module.add_function(wrap_pyfunction!(table::unpickled_table, module)?)?;
     module.add_function(wrap_pyfunction!(label_of, module)?)?;
     module.add_function(wrap_pyfunction!(run_from, module)?)
 }

@@ -1,11 +1,10 @@
 //! Tables on their way between processes: as an Arrow stream with a checksum, for the library ends
 //! some damaged streams by a panic.
 
-use crate::table::Table;
 use arrow_array::RecordBatch;
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
-use arrow_schema::SchemaRef;
+use arrow_schema::{Schema, SchemaRef};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sha2::{Digest, Sha256};
@@ -16,11 +15,11 @@ pub(crate) fn broken(error: impl Display) -> PyErr {
     PyValueError::new_err(format!("no pickle of ocmc: {error}"))
 }
 
-/// A table as a stream.
-pub(crate) fn stream_of(table: &Table) -> PyResult<Vec<u8>> {
+/// A table of such batches as a stream.
+pub(crate) fn stream_of(schema: &Schema, batches: &[RecordBatch]) -> PyResult<Vec<u8>> {
     let written = || {
-        let mut writer = StreamWriter::try_new(Vec::new(), &table.schema)?;
-        table.batches.iter().try_for_each(|batch| writer.write(batch))?;
+        let mut writer = StreamWriter::try_new(Vec::new(), schema)?;
+        batches.iter().try_for_each(|batch| writer.write(batch))?;
         writer.into_inner()
     };
     written().map_err(broken)
@@ -43,11 +42,4 @@ pub(crate) fn read(
     let reader = StreamReader::try_new(stream, None).map_err(broken)?;
     let schema = reader.schema();
     Ok((schema, reader.collect::<Result<_, _>>().map_err(broken)?))
-}
-
-/// A pickled table.
-#[pyfunction]
-pub(crate) fn unpickled_table(stream: &[u8], sum: &[u8]) -> PyResult<Table> {
-    let (schema, batches) = read("", stream, sum)?;
-    Ok(Table::new(schema, batches))
 }

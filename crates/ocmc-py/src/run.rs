@@ -409,7 +409,10 @@ impl PyRun {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let manifest = serde_json::to_string(&self.answer.manifest).expect("numbers and words");
-        let stream = PyBytes::new(py, &py.detach(|| stream_of(&self.records))?);
+        let stream = PyBytes::new(
+            py,
+            &py.detach(|| stream_of(&self.records.schema, &self.records.batches))?,
+        );
         let make = py.import("ocmc._ocmc")?.getattr("unpickled")?;
         let sum = checksum(&manifest, stream.as_bytes());
         let summary = &self.answer.summary;

@@ -1,6 +1,6 @@
 //! `ocmc.Table`: columns of equal length, for all that speak Arrow or numpy.
 
-use crate::pickle::{checksum, stream_of};
+use crate::pickle::{checksum, read, stream_of};
 use crate::value::shown;
 use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
@@ -127,6 +127,13 @@ impl Table {
     }
 }
 
+/// A pickled table.
+#[pyfunction]
+pub(crate) fn unpickled_table(stream: &[u8], sum: &[u8]) -> PyResult<Table> {
+    let (schema, batches) = read("", stream, sum)?;
+    Ok(Table::new(schema, batches))
+}
+
 #[pymethods]
 impl Table {
     /// Names of the columns.
@@ -218,7 +225,7 @@ impl Table {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
-        let stream = PyBytes::new(py, &py.detach(|| stream_of(self))?);
+        let stream = PyBytes::new(py, &py.detach(|| stream_of(&self.schema, &self.batches))?);
         let sum = checksum("", stream.as_bytes());
         Ok((py.import("ocmc._ocmc")?.getattr("unpickled_table")?, (stream, sum)))
     }

@@ -13,7 +13,9 @@
 //! brings the residual down to it. Then the law's residual stays at its floor and the answer says
 //! what of the study makes the rest.
 
+use super::delta_method::{correlation, delta_covariance};
 use super::root::{Root, Search, derivatives, solve};
+use super::simulated::watched_curves;
 use crate::fit::curve_speed::{
     self, CurveSpeedFit, CurveSpeedFitError, CurveSpeedOptions, CurveTable,
 };
@@ -27,7 +29,6 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use thiserror::Error;
 
-use super::simulated::watched_curves;
 pub use super::simulated::{Trips, simulated_curves};
 
 /// Numbers of the law.
@@ -437,41 +438,6 @@ fn parts() -> [Vec<ModelSwitch>; 4] {
     let both = [&traffic[..], &events[..]].concat();
     let signs = [&both[..], &[ModelSwitch::Signs]].concat();
     [traffic, events, both, signs]
-}
-
-/// Correlation of errors from their covariance; of what has no error none.
-fn correlation(covariance: &Matrix4<f64>) -> [[f64; COUNT]; COUNT] {
-    let sd = |k: usize| libm::sqrt(covariance[(k, k)].max(0.0));
-    std::array::from_fn(|i| {
-        std::array::from_fn(|k| {
-            let product = sd(i) * sd(k);
-            match (i == k, product > 0.0) {
-                (true, _) => 1.0,
-                (false, true) => (covariance[(i, k)] / product).clamp(-1.0, 1.0),
-                (false, false) => 0.0,
-            }
-        })
-    })
-}
-
-/// Covariance of the law's coordinates: J⁻¹ Σ J⁻ᵀ; what stays on a bound has no error, and is held.
-fn delta_covariance(
-    jacobian: &Matrix4<f64>,
-    covariance: &Matrix4<f64>,
-    at_bound: [bool; COUNT],
-) -> Matrix4<f64> {
-    let (mut matrix, mut covariance) = (*jacobian, *covariance);
-    for k in (0..COUNT).filter(|k| at_bound[*k]) {
-        matrix.row_mut(k).fill(0.0);
-        matrix[(k, k)] = 1.0;
-        covariance.row_mut(k).fill(0.0);
-        covariance.column_mut(k).fill(0.0);
-    }
-    let inverse = matrix.try_inverse();
-    inverse.map_or_else(
-        || Matrix4::repeat(f64::NAN),
-        |inverse| inverse * covariance * inverse.transpose(),
-    )
 }
 
 /// Covariance of the coordinates of a table, by leaving out groups of its drivers.

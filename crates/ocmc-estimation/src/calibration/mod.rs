@@ -5,5 +5,6 @@
 //! the measured table back; [`root`] is the search.
 
 pub mod curve_speed;
+mod delta_method;
 pub mod root;
 mod simulated;
