@@ -7,7 +7,7 @@
 //! error is the median of the stated ones, or what the masses scatter by (their median absolute
 //! deviation over 0.6745), whichever is larger. No root of their number is taken: what is expected
 //! of resistance and delay draws all of them to the same side. It is at least 1 % of the mass, for
-//! the truck of the closed loop is not exactly the one that was driven [EJ].
+//! the truck of the closed loop is not exactly the one that was driven (a judgement).
 
 use super::event::{EventError, PedalLog};
 use super::identify::{EventFit, identified};

@@ -5,12 +5,12 @@
 //! as for the desired speed of a simulated drive: what it allows is below what the truck drives from the
 //! place on where a driver may have begun. Taken are limits that fall, curves, and standstills of
 //! the log, with the study's laws of drivers: of one who keeps as far below a limit, takes a curve
-//! as slowly and brakes as softly as one in a hundred [EJ].
+//! as slowly and brakes as softly as one in a hundred (a judgement).
 //!
 //! What no column shows (traffic, a crossing, a limit in a log without limits) the speed does: a
 //! truck that slows down without power on a road that does not climb, to a speed below the one
 //! at which the event began, and not slowly. A controller that has wound up downhill lets the
-//! speed fall by less, so that 2 m/s are needed [EJ].
+//! speed fall by less, so that 2 m/s are needed (a judgement).
 
 use super::event::PedalLog;
 use ocmc_core::distribution::Quantity;
