@@ -51,7 +51,7 @@ fn full_acceleration_mps2(study: &Study, speed_mps: f64) -> f64 {
 
 #[test]
 fn the_papers_accelerations_come_back_within_15_percent() {
-    let json = answer(&["--repetitions", "12"]);
+    let json = answer(&["--repetitions", "20"]);
     let rows = json["compared"].as_array().unwrap();
     let medians: Vec<&Value> =
         rows.iter().filter(|row| row["table"].as_str().unwrap().contains("median")).collect();
@@ -77,7 +77,7 @@ fn the_papers_accelerations_come_back_within_15_percent() {
         let drive = curves.entry((number("repetition"), number("driver"))).or_default();
         drive.push((nominal_m, curve["left"].as_bool().unwrap()));
     }
-    assert_eq!((curves.len(), json["left_out"].as_u64().unwrap()), (96, 0));
+    assert_eq!((curves.len(), json["left_out"].as_u64().unwrap()), (160, 0));
     for mut driven in curves.into_values() {
         driven.sort_unstable();
         let both = |radius_m| [(radius_m, false), (radius_m, true)];
@@ -97,7 +97,7 @@ fn the_papers_accelerations_come_back_within_15_percent() {
             assert!(mps2 < most_mps2, "{mps2} of {most_mps2}");
         }
     }
-    assert_eq!(rising, 96);
+    assert_eq!(rising, 160);
 }
 
 #[test]

@@ -22,6 +22,32 @@ fn all(study: &Study, plan: &RunPlan) -> ControlFlow<Infallible, Vec<Record>> {
     records(study, plan, |_| ControlFlow::Continue(()))
 }
 
+#[test]
+fn a_share_moves_along_the_simplex() {
+    let cases: [(&str, &str, usize, &[f64]); 3] = [
+        ("payload_kg", "", 0, &[0.2, 0.8]),
+        ("payload_kg", ".1", 1, &[0.2, 0.8]),
+        ("departure_s_of_day", ".0", 0, &[0.6, 0.3, 0.1]),
+    ];
+    for (law, place, moved, shares) in cases {
+        let key = format!("mission.{law}.weights{place}");
+        let set = format!("uncertainty.a={{ keys = [\"{key}\"], standard_errors = [0.05] }}");
+        let study = study("field-truck", &[&set]);
+        let keys = study.model().uncertain().expect("one number").keys;
+        let sides = study.sides(&keys[0]).expect("both are allowed");
+        assert_eq!(sides.apart, 2.0);
+        for (side, by) in [(&sides.low, -0.05), (&sides.high, 0.05)] {
+            let tree = side.model().to_tree();
+            for (k, share) in shares.iter().enumerate() {
+                let found = tree["mission"][law]["weights"][k].as_f64().expect("a number");
+                let less = -by * share / (1.0 - shares[moved]);
+                let wanted = share + if k == moved { by } else { less };
+                assert!((found - wanted).abs() < 1e-12, "{key}: {found} for {wanted}");
+            }
+        }
+    }
+}
+
 /// The summary of a run of short trips.
 fn summary(sets: &[&str], cycles: u64) -> Summary {
     let study = study("field-truck", &[&[ROAD], sets].concat());

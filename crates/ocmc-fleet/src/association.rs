@@ -165,9 +165,9 @@ mod tests {
 
     #[test]
     fn noise_is_rarely_more_than_chance() {
-        // the 99.95 % quantiles of χ²(9) and χ²(1)
-        assert!((by_chance(10, 1) - (29.666 - 9.0)).abs() < 0.05, "{}", by_chance(10, 1));
-        assert!((by_chance(2, 1) - (12.116 - 1.0)).abs() < 0.15, "{}", by_chance(2, 1));
+        // the 99.95 % quantiles of χ²(9) and χ²(1), 29.666 and 12.116; the cube root is up to 5 % high
+        let above = [by_chance(10, 1) / (29.666 - 9.0), by_chance(2, 1) / (12.116 - 1.0)];
+        assert!(above.iter().all(|ratio| (1.0..1.05).contains(ratio)), "{above:?}");
         let mut draws = Draws::new(4, 0, Stream::Curve);
         let mut more = 0;
         for _ in 0..4000 {

@@ -301,13 +301,18 @@ mod tests {
             found.keys.iter().map(|key| (key.key.as_str(), key.standard_error)).collect();
         assert_eq!(found, [("weather.temperature.mean_k", 0.1235)]);
 
-        // one of several shares cannot change alone
+        // of two shares whose sum is 1 one says it all, of five none does
         let road = &base.road.types;
-        let share = road["urban"].next["rural"];
+        let (next, signs) = (&road["urban"].next, &road["urban"].speed_signs.share);
         let part = FittedPart::new(&base, &["road", "types"], road);
-        let shares = [estimate("road.types.urban.next.rural", share, 0.05)];
+        let shares = [
+            estimate("road.types.urban.next.motorway", next["motorway"], 0.05),
+            estimate("road.types.urban.next.rural", next["rural"], 0.05),
+            estimate("road.types.urban.speed_signs.share.0", signs[0], 0.02),
+        ];
         let part = part.with_errors(&base, "road", shares);
-        assert!(part.json().get("uncertainty").is_none());
+        let keys = &part.json()["uncertainty"]["road"]["keys"];
+        assert_eq!(*keys, json!(["road.types.urban.next.motorway"]));
     }
 
     #[test]

@@ -86,9 +86,10 @@ fn an_error_of_a_number_names_a_number_that_can_have_one() {
     ] {
         assert_says(&text, &[piece]);
     }
-    // a share that has to add up to one with others cannot move alone
+    // a share that has to add up to one with others moves them, too
     let share = estimates("\"road.types.urban.next.rural\"", "0.01", "");
-    assert_says(&share, &["sum of 1"]);
+    let text = format!("study.base = \"field-truck\"\n{share}");
+    assert!(study::load_text::<&str>("mine.toml", &text, &[]).is_ok());
     // the law of curve speeds says its errors itself
     let law = "driver.curve_speed.parameter_uncertainty = true\n";
     let again = estimates("\"driver.curve_speed.exponent\"", "0.01", "");
