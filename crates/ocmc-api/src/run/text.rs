@@ -115,7 +115,7 @@ fn uncertain(answer: &RunAnswer) -> String {
     let _ = writeln!(
         text,
         "It took {} more cycles, on both sides of the numbers, which are not counted above.\n\
-         Not in it: {} without a standard error ({}), and how right the models are.",
+         Not in it: how right the models are, and {} without a standard error,\n{}.",
         grouped(driven),
         count_of(count as u64, "number"),
         tables.join(", ")
