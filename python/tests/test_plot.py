@@ -293,9 +293,9 @@ def test_identified_gains_uphill_and_downhill():
 
 def test_the_share_that_arrives():
     curve = [
-        {"distance_m": 0.0, "share": 1.0, "ci95": None},
+        {"distance_m": 0.0, "share": 1.0, "ci95": [0.9, 1.0]},
         {"distance_m": 1e5, "share": 0.5, "ci95": [0.4, 0.6]},
-        {"distance_m": 2e5, "share": 0.0, "ci95": None},
+        {"distance_m": 2e5, "share": 0.0, "ci95": [0.0, 0.1]},
     ]
     arriving = [{"share": 0.95, "range_m": 6e4, "ci95_m": [5e4, 7e4]}]
     ax = drawn(ocmc.plot.arrivals({"source": "mine", "curve": curve, "arriving": arriving}))

@@ -57,40 +57,41 @@ fn settings(chance: &mut Chance) -> (&'static str, Vec<String>) {
         format!("vehicle.auxiliary_power_w={}", chance.size(100.0, 2e4)),
         format!("weather.temperature.mean_k={}", chance.between(250.0, 305.0)),
     ];
-    let mut charging = format!(
+    let mut charging = vec![format!(
         "reserve = {reserve}, efficiency = {}, connection_s = {}",
         chance.between(0.5, 1.0),
         chance.between(0.0, 600.0)
-    );
+    )];
     if has_public {
         let (consumption, margin) = (chance.size(1e3, 1e4), chance.between(0.0, 0.5));
-        charging +=
-            &format!(", forecast = {{ consumption_j_per_m = {consumption}, margin = {margin} }}");
-        charging += &format!(
-            ", public = {{ spacing_m = {}, power_w = {}, wait_s = {}, end_at = {} }}",
+        charging.push(format!(
+            "forecast = {{ consumption_j_per_m = {consumption}, margin = {margin} }}"
+        ));
+        charging.push(format!(
+            "public = {{ spacing_m = {}, power_w = {}, wait_s = {}, end_at = {} }}",
             chance.size(2e3, 1e5),
             chance.size(1e3, 1e6),
             chance.size(1.0, 2e4),
             chance.between(reserve, 1.0)
-        );
+        ));
     }
     if has_depot {
         let (power_w, parked_s) = (chance.size(1e3, 3e5), chance.size(60.0, 5e4));
-        charging += &format!(", depot = {{ power_w = {power_w}, parked_s = {parked_s} }}");
+        charging.push(format!("depot = {{ power_w = {power_w}, parked_s = {parked_s} }}"));
     }
     if chance.is(0.5) {
         let (spacing_m, dwell_s) = (chance.size(1e3, 1e5), chance.size(1.0, 86_400.0));
         sets.push(format!("mission.stops={{ spacing_m = {spacing_m}, dwell_s = {dwell_s} }}"));
         if chance.is(0.6) {
-            charging += &format!(
-                ", stop = {{ power_w = {}, begin_below = {}, end_at = 1.0, shortest_s = {} }}",
+            charging.push(format!(
+                "stop = {{ power_w = {}, begin_below = {}, end_at = 1.0, shortest_s = {} }}",
                 chance.size(1e3, 4e5),
                 chance.between(0.3, 1.0),
                 chance.size(1.0, 3600.0)
-            );
+            ));
         }
     }
-    sets.push(format!("charging={{ {charging} }}"));
+    sets.push(format!("charging={{ {} }}", charging.join(", ")));
     if chance.is(0.4) {
         sets.push(format!("rest.law=\"{}\"", chance.one(&["eu_561", "us_395_3"])));
     }

@@ -77,11 +77,11 @@ use std::collections::BTreeMap;
 /// --------
 /// >>> import ocmc
 /// >>> radius = [50.0, 100.0, 200.0, 400.0]
-/// >>> curves = {"driver": ["a"] * 4 + ["b"] * 4, "radius_m": radius * 2}
-/// >>> speed = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6]
+/// >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4, "radius_m": radius * 3}
+/// >>> speed = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
 /// >>> fit = ocmc.fit_curve_speed(curves | {"speed_mps": speed})
-/// >>> round(fit["estimated"]["exponent"], 2)
-/// 0.49
+/// >>> round(fit["estimated"]["exponent"], 3)
+/// 0.495
 /// >>> study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
 #[pyfunction]
 #[pyo3(
@@ -276,7 +276,7 @@ pub(crate) fn fit_speed_change<'py>(
 /// Examples
 /// --------
 /// >>> import ocmc
-/// >>> study = ocmc.Study("field-truck")
+/// >>> study = ocmc.Study("field-truck").set("road.types.urban.curves.per_m", 3e-4)
 /// >>> fit = ocmc.fit_operating_cycle([study.operating_cycle(k) for k in range(20)])
 /// >>> fit["cycles"], [road["road_type"] for road in fit["types"]]
 /// (20, ['motorway', 'rural', 'urban'])

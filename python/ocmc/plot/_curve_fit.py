@@ -43,8 +43,8 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     Examples
     --------
     >>> import ocmc
-    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4, "radius_m": [50.0, 100.0, 200.0, 400.0] * 2}
-    >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6]}
+    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4, "radius_m": [50.0, 100.0, 200.0, 400.0] * 3}
+    >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]}
     >>> ax = ocmc.plot.curve_fit(curves, ocmc.fit_curve_speed(curves))
     >>> ax.get_xlabel()
     'curve radius, m'

@@ -241,12 +241,11 @@ impl Study {
     /// [`StudyError`] where such a number is not allowed.
     fn shifted(&self, key: &str, by: f64) -> Result<Self, StudyError> {
         let mut tree = self.model().to_tree();
-        match Share::of(key).filter(|share| share.number_in(&tree) > 0) {
-            Some(share) => share.shift(&mut tree, by),
-            None => {
-                let value = tree.pointer_mut(&pointer(key));
-                shift(value.expect("checked: the study has the key"), by);
-            }
+        if let Some(share) = Share::of(key).filter(|share| share.number_in(&tree) > 0) {
+            share.shift(&mut tree, by);
+        } else {
+            let value = tree.pointer_mut(&pointer(key));
+            shift(value.expect("checked: the study has the key"), by);
         }
         let mut model = StudyModel::from_tree(&tree).expect("a number in the place of another");
         model.driver.curve_speed.parameter_uncertainty = false;

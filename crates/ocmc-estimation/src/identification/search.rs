@@ -67,8 +67,14 @@ impl<'a> Searched<'a> {
             let points = problem.starts(round, led, &expected);
             let led_to = ends(&problem, &points, &expected).into_iter();
             let mut from: Vec<Vec<f64>> = led_to.map(|end| end.parameters).collect();
+            if problem.is_stopped() {
+                break;
+            }
             from.extend(problem.starts(round, wanted - led, &problem.bounds));
             optima.extend(ends(&problem, &from, &problem.bounds));
+            if problem.is_stopped() {
+                break;
+            }
             found = Found::of(&problem, &optima);
             let agreed = found.good.len() > 1 || options.starts == 1;
             if agreed && found.misfits.is_empty() {
@@ -96,9 +102,12 @@ impl<'a> Searched<'a> {
             return self;
         }
         for look in 0..LOOKS {
+            if self.problem.is_stopped() {
+                break;
+            }
             let agreed = self.found.good.len() as f64 >= AGREED * self.optima.len() as f64;
             let explained = look > 0 || self.found.misfits.is_empty();
-            if agreed && explained || self.problem.is_stopped() {
+            if agreed && explained {
                 break;
             }
             let deviation = self.found.test.deviation(resolution_sd(&options));
@@ -121,7 +130,7 @@ impl<'a> Searched<'a> {
         let [least, most] = options.derivative;
         // a delay explains what a K_D below 0 does
         let may_be = is_smooth(&options) && !options.unknown.delay && least == 0.0;
-        if !may_be || !self.found.misfits.is_empty() {
+        if !may_be || !self.found.misfits.is_empty() || self.problem.is_stopped() {
             return None;
         }
         let options = IdentifyOptions { derivative: [-most, most], ..options };

@@ -105,7 +105,8 @@ fn check_sums(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryE
         .ok_or_else(|| RunDirectoryError::without_sum(directory, CHECKSUMS))?;
     // the report may be written anew
     let own = [CHECKSUMS, MANIFEST, manifest.records.as_str()];
-    let is_other = |name: &&str| name.starts_with(CHUNKS) || name.ends_with(".html");
+    let is_page = |name: &str| Path::new(name).extension().is_some_and(|ending| ending == "html");
+    let is_other = |name: &&str| name.starts_with(CHUNKS) || is_page(name);
     for name in sums.names().into_iter().filter(|name| !own.contains(name) && !is_other(name)) {
         sums.check(name)?;
     }
