@@ -40,7 +40,7 @@ impl Chance {
     }
 }
 
-/// What is set in a study, and its base.
+/// Base of a study, and its settings.
 fn settings(chance: &mut Chance) -> (&'static str, Vec<String>) {
     let base = chance.one(&["battery-truck", "electric-regional", "electric-long-haul"]);
     let battery = "vehicle.powertrain.battery_electric.battery";

@@ -40,7 +40,7 @@ pub struct IdentifyAnswer {
     pub options: IdentifyOptions,
     /// A fit for each driver and event.
     pub fits: Vec<EventFit>,
-    /// What the events of each log say of the mass of its truck, of four events or more.
+    /// Mass of the truck of each log of four events or more, by all of them.
     pub trucks: Vec<TruckMass>,
     /// The population behind them, of three drivers or more.
     pub population: Option<Population>,

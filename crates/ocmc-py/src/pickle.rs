@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use sha2::{Digest, Sha256};
 use std::fmt::Display;
 
-/// What is no pickle of ours.
+/// Error of a pickle that is not whole, or not of this program.
 pub(crate) fn broken(error: impl Display) -> PyErr {
     PyValueError::new_err(format!("no pickle of ocmc: {error}"))
 }

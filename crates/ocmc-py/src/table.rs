@@ -20,7 +20,7 @@ use pyo3_arrow::error::PyArrowResult;
 use pyo3_arrow::ffi::to_schema_pycapsule;
 use std::sync::Arc;
 
-/// What `unpickled_table` makes a table of.
+/// Arguments of `unpickled_table`.
 type Pickled<'py> = (Bound<'py, PyBytes>, Vec<u8>);
 
 /// A column of numbers.

@@ -113,7 +113,7 @@ impl ClusteredError {
 }
 
 impl ClusterMoves {
-    /// Of these clusters; none where their information does not determine the coefficients.
+    /// Moves by these clusters; none where their information does not determine the coefficients.
     pub(super) fn of(clusters: &[Cluster]) -> Option<Self> {
         let width = clusters.first()?.score.len();
         let mut information = DMatrix::zeros(width, width);

@@ -48,7 +48,7 @@ pub struct PedalLog {
     pub limit_mps: Option<Vec<f64>>,
     /// Curvature of the path, in 1/m; none where it is not known.
     pub curvature_per_m: Option<Vec<f64>>,
-    /// What may set the speed behind the last row; none where nothing cut the event off.
+    /// Cause of a lower speed behind the last row; none where nothing cut the event off.
     pub ended_by: Option<SpeedSetter>,
     /// Standard error of the even stretch of slope of each row; none where the slopes are taken as
     /// they are.

@@ -33,7 +33,7 @@ pub struct NamedEvent {
     pub log: PedalLog,
 }
 
-/// What was found in the events of one log.
+/// Fits of the events of one log, and the mass that they agree on.
 #[derive(Debug, Default)]
 pub struct LogFit {
     /// The fit of each event, in their order; fewer where it was stopped.

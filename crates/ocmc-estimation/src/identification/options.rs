@@ -38,7 +38,7 @@ pub enum Unknown {
     Nothing,
 }
 
-/// What is estimated with the controller, from what is known of it before.
+/// Parameters that are estimated with the controller, from what is known of them before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Unknowns {
     /// How late the driver sees the speed.

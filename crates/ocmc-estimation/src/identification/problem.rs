@@ -61,7 +61,7 @@ pub(super) struct Problem<'a> {
     pub(super) names: Vec<&'static str>,
     pub(super) bounds: Vec<[f64; 2]>,
     integral_range: [f64; 2],
-    /// What is known of parameters before the log: place, expected value and standard deviation.
+    /// Knowledge of parameters before the log: place, expected value and standard deviation.
     priors: Vec<(usize, [f64; 2])>,
     /// Set once no caller waits for an answer any more.
     stop: &'a AtomicBool,
@@ -200,7 +200,7 @@ impl<'a> Problem<'a> {
         bounds
     }
 
-    /// What is expected of a parameter before the log is read, and its standard deviation.
+    /// Value expected of a parameter before the log is read, and its standard deviation.
     pub(super) fn prior(&self, name: &str) -> Option<(usize, [f64; 2])> {
         self.priors.iter().copied().find(|(k, _)| self.names[*k] == name)
     }

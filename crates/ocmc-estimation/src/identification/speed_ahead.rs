@@ -45,7 +45,7 @@ const BEFORE_IT_SHOWS_S: f64 = 3.0;
 /// So long behind an event a drop is looked for, in s.
 const LOOK_BEHIND_S: f64 = 15.0;
 
-/// What may set the speed.
+/// Cause of a lower speed ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpeedSetter {
     /// A limit that falls.
@@ -59,7 +59,7 @@ pub enum SpeedSetter {
 }
 
 impl SpeedSetter {
-    /// What it is, in words.
+    /// The cause in words.
     pub fn text(self) -> &'static str {
         match self {
             Self::Limit => "a lower limit ahead may set the speed",

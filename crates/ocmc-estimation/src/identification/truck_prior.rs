@@ -1,9 +1,9 @@
-//! What a study says of its trucks before a log of one of them is read: how much their masses and
+//! Spread of the trucks of a study before a log of one of them is read: how much their masses and
 //! their resistances differ.
 //!
 //! Standard deviations of draws of the study's own laws, payload, rolling factor and drag area. A
-//! study that names one payload and one truck knows the load of the logged one no better than
-//! somebody who has not seen its papers, so that neither spread is below a floor.
+//! study that names one payload and one truck does not know the load of the logged one, so that
+//! neither spread is below a floor.
 
 use crate::moments::Moments;
 use ocmc_core::random::Streams;
@@ -27,7 +27,7 @@ pub(super) struct TruckPrior {
 }
 
 impl TruckPrior {
-    /// That of a study.
+    /// Draws the trucks of a study.
     pub(super) fn of(study: &Study) -> Self {
         let model = study.model();
         let (mut masses, mut rolling, mut drag) = (Vec::new(), Vec::new(), Vec::new());

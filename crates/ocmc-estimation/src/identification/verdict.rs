@@ -1,4 +1,4 @@
-//! What the data do not determine: parameters at the edges of their boxes, and wide intervals.
+//! Parameters that the data do not determine: at the edges of their boxes, or with wide intervals.
 
 use super::identify::DriverParameterFit;
 use super::problem::{LATEST_S, Problem};

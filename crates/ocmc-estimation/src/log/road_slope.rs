@@ -186,7 +186,7 @@ impl Climb {
         climb
     }
 
-    /// Of an altitude, and nothing left out of it.
+    /// A climb of an altitude with nothing left out of it.
     fn of_nothing(altitude: Vec<(f64, f64)>) -> Self {
         Self { altitude, unobserved_m: vec![], missing: 0, jumps_m: 0.0 }
     }

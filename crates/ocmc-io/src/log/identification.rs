@@ -26,7 +26,7 @@ pub struct LeftOut {
     pub kind: &'static str,
 }
 
-/// What the events of a log say together of the truck that was driven.
+/// Mass of the truck that was driven, by all events of a log.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TruckMass {
     /// The driver.
@@ -42,7 +42,7 @@ pub struct TruckMass {
 }
 
 impl TruckMass {
-    /// What they say, in words.
+    /// The mass in words.
     pub fn text(&self) -> String {
         let Self { driver, events, .. } = self;
         let [mass, error, study] = [self.mass_kg, self.error_kg, self.study_mass_kg]
@@ -64,7 +64,7 @@ pub struct Identification {
     pub fits: Vec<EventFit>,
     /// What was not, in the order in which that was noticed.
     pub left_out: Vec<LeftOut>,
-    /// What the events of each log say of its truck.
+    /// Mass of the truck of each log, by all its events.
     pub trucks: Vec<TruckMass>,
     /// What was not used of the drives.
     pub notes: Vec<String>,

@@ -91,7 +91,7 @@ impl Arrival {
     }
 }
 
-/// What the meter counts in each quarter of an hour, in J, of a course that begins at a time of the
+/// Energy that the meter counts in each quarter of an hour, in J, of a course that begins at a time of the
 /// clock, in s.
 fn at_meter_j(course: &ChargeCourse, clock_s: f64, efficiency: f64) -> Vec<f64> {
     let at_plug_j = course.by_quarter_hour_j(clock_s);

@@ -54,7 +54,7 @@ const LEAST_M: [f64; 2] = [0.02, 0.002];
 const FIRST_M: [f64; 2] = [0.1, 0.03];
 /// Way over the decay below which the variance of a climb is expanded.
 const SHORT_WAY: f64 = 1e-3;
-/// What a step of the search has to promise, in ln likelihood.
+/// Smallest gain that a step of the search has to promise, in ln likelihood.
 const TOLERANCE: f64 = 1e-3;
 /// From twice so many roads on, the search begins with one of so many.
 const PART: usize = 4;
@@ -68,14 +68,14 @@ const LARGEST_ERROR: f64 = 0.5;
 const SDS: [f64; 2] = [1e-6, 0.15];
 const LONGEST_HILL_M: f64 = 1.0e5;
 
-/// What altitudes determine of the slopes of one type.
+/// Slopes of one road type by the altitudes of its roads.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Hills {
     /// Way between measurements, in m.
     pub way_m: f64,
     /// Measurements.
     measured: usize,
-    /// SD of the slope, and its standard error, where the hill length is told.
+    /// SD of the slope, and its standard error, where the hill length is determined.
     slope_sd: Option<(f64, Option<f64>)>,
     /// Hill length and its standard error, in m.
     hill_length_m: Option<[f64; 2]>,

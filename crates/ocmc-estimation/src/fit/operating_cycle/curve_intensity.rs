@@ -21,7 +21,7 @@ const EXPONENTS: std::ops::RangeInclusive<f64> = 0.0..=10.0;
 const HIGHEST_PER_M: f64 = 0.05;
 /// Lowest intensity of the search, per m: a curve in 1000 km.
 const LOWEST_PER_M: f64 = 1e-6;
-/// Largest standard error of ln λ_ref with which it is told: an interval from a third of it to
+/// Largest standard error of ln λ_ref with which it is written: an interval from a third of it to
 /// three times it (judgement).
 const LARGEST_ERROR: f64 = 0.5;
 /// Exponents at which the search begins, beside that of the base study.
@@ -107,7 +107,7 @@ pub(super) fn fit_intensity(
             estimates.set("curves.per_m", &mut model.per_m, per_m, error, n);
             let into = &mut model.sign_exponent;
             estimates.set("curves.sign_exponent", into, theta[1], Some(of_exponent), n);
-            return say_highest(&rows, model, estimates);
+            return;
         }
     }
     let [first, exponent] = start(base.sign_exponent);
@@ -166,7 +166,8 @@ fn raise_highest(rows: &[UnderSign], model: &mut CurveModel, estimates: &mut Est
     estimates.set("curves.maximum_per_m", into, highest, Some(error), n);
 }
 
-/// Says under which signs the highest intensity holds: there nothing tells the exponent.
+/// Says under which signs the highest intensity holds, where the exponent is not determined: these
+/// roads do not help.
 fn say_highest(rows: &[UnderSign], model: &CurveModel, estimates: &mut Estimates) {
     let at_highest = |row: &&UnderSign| {
         row.length_m > 0.0 && model.intensity_per_m(row.speed_mps) >= model.maximum_per_m

@@ -30,7 +30,7 @@ fn fleet(laws: &[(f64, f64); 3], length_m: f64) -> Study {
     })
 }
 
-/// What a logger writes once a second.
+/// Rows that a logger writes once a second.
 #[derive(Clone, Default)]
 struct Logged {
     time_s: Vec<f64>,
