@@ -276,7 +276,7 @@ pub(crate) fn fit_speed_change<'py>(
 /// Examples
 /// --------
 /// >>> import ocmc
-/// >>> study = ocmc.Study("field-truck").set("road.types.urban.curves.per_m", 3e-4)
+/// >>> study = ocmc.Study("field-truck")
 /// >>> fit = ocmc.fit_operating_cycle([study.operating_cycle(k) for k in range(20)])
 /// >>> fit["cycles"], [road["road_type"] for road in fit["types"]]
 /// (20, ['motorway', 'rural', 'urban'])

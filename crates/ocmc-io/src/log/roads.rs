@@ -17,6 +17,10 @@ use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::Path;
 
+/// Altitude that is taken out of a log without a word, in m: a receiver that scatters by some metres
+/// is steeper than a road now and then (judgement).
+const LEAST_JUMPS_M: f64 = 10.0;
+
 /// What roads need of a log.
 pub const NEEDS: [Need; 2] = [&[Quantity::Time], &[Quantity::Speed]];
 
@@ -194,7 +198,7 @@ pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
             ),
         ],
     ));
-    if counts.altitude_jumps_m >= 1.0 {
+    if counts.altitude_jumps_m >= LEAST_JUMPS_M {
         notes.push(format!(
             "{place}: its altitudes jump by {:.0} m in all, more steeply than a road of 10 %: taken \
              out, and what follows is moved along",
