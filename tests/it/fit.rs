@@ -408,6 +408,33 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
     assert!(status == 0 && notes.contains("1 cut at more than 10 s"), "{notes}");
 }
 
+#[test]
+fn a_road_without_an_object_of_the_map_counts_where_others_have_some() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let log = |name: &str, object: &str| {
+        let path = directory.path().join(name);
+        let text = plain_log(",limit_kmh,map_object", |k| {
+            format!(",70,{}", if k % 100 == 50 { object } else { "" })
+        });
+        fs::write(&path, text).expect("a file");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let (lights, none) = (log("a.csv", "traffic_light"), log("b.csv", ""));
+    let per_m = |files: &[&str]| -> Option<f64> {
+        let (status, text, notes) = run(&[&["fit", "operating-cycle"], files].concat());
+        assert_eq!(status, 0, "{notes}");
+        let unknown = notes.contains("no objects of a map are known");
+        let line = text.lines().find(|line| line.starts_with("traffic_lights.per_m"));
+        assert_eq!(unknown, line.is_none(), "{notes}");
+        line.map(|line| line.split_whitespace().nth(1).expect("a number").parse().expect("one"))
+    };
+    let one = per_m(&[&lights]).expect("lights");
+    let two = per_m(&[&lights, &none]).expect("lights");
+    assert!((two / one - 0.5).abs() < 0.01, "{one} {two}");
+    // where no road has one, nobody knows whether the map was looked at
+    assert_eq!(per_m(&[&none]), None);
+}
+
 /// Two years of hours with every variable, from plain functions of the clock.
 fn two_years_of_hours() -> String {
     let mut table =

@@ -46,6 +46,8 @@ pub struct FoundRoads {
     pub roads: Vec<LoggedRoad>,
     /// What all of them tell; none before the first one.
     coverage: Option<Coverage>,
+    /// Whether an object of the map stands beside any of them.
+    has_objects: bool,
     /// What has to be known, each with its place.
     pub notes: Vec<String>,
     /// Where the drives stand that could not be used, and why.
@@ -70,7 +72,10 @@ impl FoundRoads {
             let turns = scatter_m < LEAST_NOISE_M;
             match found(drive, options, steering, turns) {
                 Ok(found) => {
-                    self.cover(found.coverage);
+                    self.has_objects |= found.coverage.events;
+                    // beside a road without objects the map was looked at, too, where it has them elsewhere
+                    let events = drive.words(Quantity::MapObject).is_some();
+                    self.cover(Coverage { events, ..found.coverage });
                     self.notes.extend(notes(&place, &found.counts));
                     if !turns {
                         self.notes.push(format!(
@@ -90,6 +95,7 @@ impl FoundRoads {
     /// Adds the road of an operating cycle, of which everything is known.
     pub fn add_cycle(&mut self, cycle: GivenCycle) {
         self.roads.push(LoggedRoad { cycle, ..LoggedRoad::default() });
+        self.has_objects = true;
         self.cover(Coverage::ALL);
     }
 
@@ -101,6 +107,7 @@ impl FoundRoads {
     /// detector: others are there and were not seen.
     pub fn coverage(&self, radius_range_m: Option<[f64; 2]>) -> Coverage {
         let coverage = self.coverage.unwrap_or(Coverage::ALL);
+        let coverage = Coverage { events: coverage.events && self.has_objects, ..coverage };
         match (coverage.curves, radius_range_m) {
             (CurveCoverage::All, Some(radius_m)) => {
                 let window = CurveWindow { radius_m, shortest_m: 0.0, smallest_turn_rad: 0.0 };
