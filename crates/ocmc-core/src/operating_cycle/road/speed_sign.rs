@@ -107,6 +107,32 @@ impl SpeedSignChain {
         changes.iter().zip(&self.rate_per_m).map(of_sign).sum()
     }
 
+    /// Mean number of changes per metre, 1/m.
+    pub fn flux_per_m(&self) -> f64 {
+        let of_sign = |(share, rates): (&f64, &Vec<f64>)| share * rates.iter().sum::<f64>();
+        self.share.iter().zip(&self.rate_per_m).map(of_sign).sum()
+    }
+
+    /// Chain of an observer who takes the signs of a group, which `group_of` gives, for one: each
+    /// group changes at the rate of its signs, weighed by their shares, and has their mean speed.
+    pub fn grouped(&self, group_of: &[usize]) -> Self {
+        let groups = group_of.iter().max().map_or(0, |last| last + 1);
+        let mut share = vec![0.0; groups];
+        let mut speed_mps = vec![0.0; groups];
+        let mut rate_per_m = vec![vec![0.0; groups]; groups];
+        for (i, &from) in group_of.iter().enumerate() {
+            share[from] += self.share[i];
+        }
+        for (i, &from) in group_of.iter().enumerate() {
+            let part = if share[from] > 0.0 { self.share[i] / share[from] } else { 0.0 };
+            speed_mps[from] += part * self.speed_mps[i];
+            for (j, &to) in group_of.iter().enumerate().filter(|(_, to)| **to != from) {
+                rate_per_m[from][to] += part * self.rate_per_m[i][j];
+            }
+        }
+        Self { speed_mps, share, rate_per_m }
+    }
+
     /// Appends the signs of one section.
     pub fn sample(&self, section: &Section, draws: &mut Draws, signs: &mut Vec<SpeedSign>) {
         let mut state = draws.index(&self.share);

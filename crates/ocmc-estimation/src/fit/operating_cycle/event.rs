@@ -11,6 +11,10 @@ use ocmc_core::operating_cycle::road::point_event::{
     EventEstimation, EventKind, EventModel, EventParameter, KINDS,
 };
 
+/// Standard errors between the mean of values and that of the uniform law through their extremes
+/// from which on the law has the values' mean and standard deviation.
+const MEANS_AGREE: f64 = 4.0;
+
 /// Intensities and marks of all kinds; shares of turns only where all turns are known.
 pub(super) fn fit_events(
     roads: &TypeRoads,
@@ -85,6 +89,20 @@ fn not_negative(law: Law) -> Law {
     }
 }
 
+/// Uniform law between the ends that the extremes determine; where its mean is not that of the
+/// values, some of which then have another cause, such as a queue before a give way, the law with
+/// their mean and standard deviation.
+fn uniform_law(values: &[f64]) -> Option<Law> {
+    let extremes = uniform::fit(values)?;
+    let moments = Moments::of(values);
+    let Law::Uniform { lower, upper } = extremes else { return None };
+    let error = (upper - lower) / libm::sqrt(12.0 * values.len() as f64);
+    let half = libm::sqrt(3.0) * moments.sd();
+    let by_moments = Law::Uniform { lower: moments.mean - half, upper: moments.mean + half };
+    let agree = (moments.mean - (lower + upper) / 2.0).abs() <= MEANS_AGREE * error;
+    Some(if agree { extremes } else { by_moments })
+}
+
 /// The law of a mark, of the family that it has in the base study; with fewer than two values, or
 /// another family, it stays. Values that are no numbers are not known.
 fn mark(estimates: &mut Estimates, key: &str, values: &[f64], law: &mut Quantity) {
@@ -110,7 +128,7 @@ pub(super) fn fitted_law(values: &[f64], base: &Quantity) -> Option<Law> {
     match law {
         Law::Normal { lower: None, upper: None, .. } => normal::fit(values),
         Law::LogNormal { lower: None, upper: None, .. } => log_normal::fit(values),
-        Law::Uniform { .. } => uniform::fit(values).map(not_negative),
+        Law::Uniform { .. } => uniform_law(values).map(not_negative),
         Law::Exponential { .. } => exponential::fit(values),
         Law::Gamma { .. } => gamma::fit(values),
         Law::Weibull { .. } => weibull::fit(values),

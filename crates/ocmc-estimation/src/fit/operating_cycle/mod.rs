@@ -33,6 +33,7 @@ mod curve_intensity;
 mod curve_window;
 mod event;
 mod mission;
+mod speed_sign;
 mod stretch;
 mod surface;
 mod topography;
@@ -229,10 +230,11 @@ pub fn fit_with_coverage(
     let mut model = base_road.clone();
     let mut types = Vec::new();
     let of_mean_slope = topography::shares_of_mean(&of_type);
+    let of_trucks = speed_sign::are_of_trucks(&of_type, base_road);
     for (name, roads) in &of_type {
         estimates.name = name;
         if let Some(model) = model.types.get_mut(name) {
-            fit_type(roads, coverage, base_road, model, &mut estimates);
+            fit_type(roads, coverage, base_road, of_trucks, model, &mut estimates);
             if coverage.slopes {
                 let (step_m, model) = (base_road.slope_step_m, &mut model.topography);
                 let known_m = step_m * topography::steps(roads) as f64;
@@ -301,12 +303,14 @@ fn fit_type(
     roads: &TypeRoads,
     coverage: &Coverage,
     base: &RoadModel,
+    signs_are_of_trucks: bool,
     model: &mut RoadTypeModel,
     estimates: &mut Estimates,
 ) {
     stretch::fit_chain(roads, model, estimates);
     if coverage.signs {
-        stretch::fit_signs(roads, &mut model.speed_signs, estimates);
+        let truck_limit_mps = model.truck_limit_mps.filter(|_| signs_are_of_trucks);
+        speed_sign::fit_signs(roads, truck_limit_mps, &mut model.speed_signs, estimates);
     }
     if coverage.events {
         let all_turns = coverage.curves == CurveCoverage::All;

@@ -1,18 +1,13 @@
 //! Stretches of road types, and the signs on them.
 
 use super::{SignedCurve, TypeRoads};
-use crate::fit::nelder_mead::minimise;
 use crate::fit::study_parameter::Estimates;
 use crate::log::road::LoggedRoad;
 use ocmc_core::operating_cycle::coverage::{Coverage, UnobservedSpans, overlap_m};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
-use ocmc_core::operating_cycle::road::speed_sign::SpeedSignModel;
 use ocmc_core::operating_cycle::road::{RoadModel, RoadTypeModel};
 use std::collections::BTreeMap;
-
-/// Changes of signs from which on their similarity is estimated.
-const FEWEST_CHANGES: usize = 30;
 
 /// Start, end and type.
 pub(super) type Stretch<'a> = (f64, f64, &'a str);
@@ -198,62 +193,5 @@ pub(super) fn fit_chain(roads: &TypeRoads, model: &mut RoadTypeModel, estimates:
     for (name, &count) in &roads.next {
         let into = model.next.entry(name.clone()).or_default();
         estimates.share(&format!("next.{name}"), into, count, ended);
-    }
-}
-
-/// Shares, mean length and similarity of signs.
-pub(super) fn fit_signs(roads: &TypeRoads, model: &mut SpeedSignModel, estimates: &mut Estimates) {
-    let faces: Vec<i64> = roads.sign_length_m.keys().copied().collect();
-    let length_m: f64 = roads.sign_length_m.values().sum();
-    if faces.is_empty() {
-        estimates.warn(
-            "no speed limit is known on any of its roads: its signs stay those of the base study",
-        );
-        return;
-    }
-    model.speed_kmh = faces.iter().map(|face| *face as f64 / 10.0).collect();
-    model.share = roads.sign_length_m.values().map(|length| length / length_m).collect();
-    for (speed, share) in model.speed_kmh.iter().zip(&model.share) {
-        estimates.push(&format!("speed_signs.share of {speed}"), *share, None, faces.len());
-    }
-    let changes = roads.sign_changes.len();
-    if changes == 0 {
-        estimates.warn(
-            "its signs never change within a stretch: their mean length stays that of \
-            the base study",
-        );
-        return;
-    }
-    let mean_m = length_m / changes as f64;
-    let error = Some(mean_m / libm::sqrt(changes as f64));
-    let into = &mut model.mean_length_m;
-    estimates.set("speed_signs.mean_length_m", into, mean_m, error, changes);
-    if changes < FEWEST_CHANGES || faces.len() < 3 {
-        return;
-    }
-    // the next sign: P(j | i) in proportion to s_j exp(-|v_i - v_j| / V)
-    let place = |face: i64| faces.binary_search(&face).unwrap_or(0);
-    let mut counts = vec![vec![0.0; faces.len()]; faces.len()];
-    for &(from, to) in &roads.sign_changes {
-        counts[place(from)][place(to)] += 1.0;
-    }
-    let minus_log_likelihood = |theta: &[f64; 1]| {
-        let chain = SpeedSignModel { similarity_kmh: libm::exp(theta[0]), ..model.clone() }.chain();
-        chain.minus_log_likelihood(&counts)
-    };
-    let (theta, value) = minimise(minus_log_likelihood, [libm::log(model.similarity_kmh)], 0.3);
-    // curvature of the likelihood, by differences
-    let h = 0.05;
-    let bend =
-        minus_log_likelihood(&[theta[0] + h]) + minus_log_likelihood(&[theta[0] - h]) - 2.0 * value;
-    let similarity = libm::exp(theta[0]);
-    let error = (bend > 0.0).then(|| similarity * h / libm::sqrt(bend));
-    if (1.0..=300.0).contains(&similarity) {
-        let into = &mut model.similarity_kmh;
-        estimates.set("speed_signs.similarity_kmh", into, similarity, error, changes);
-    } else {
-        estimates.warn(
-            "its changes of signs do not tell their similarity, which stays that of the base study",
-        );
     }
 }

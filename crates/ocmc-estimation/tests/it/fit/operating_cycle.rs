@@ -19,15 +19,87 @@ use std::ops::ControlFlow;
 const CYCLES: u64 = 200;
 
 fn fitted(seed: u64) -> RoadFit {
+    fit(&cycles(seed), field_truck(|_| {}).model()).unwrap()
+}
+
+fn cycles(seed: u64) -> Vec<GivenCycle> {
     let study = field_truck(|_| {});
-    let cycles: Vec<GivenCycle> = (0..CYCLES)
-        .map(|id| {
-            let cycle = study.sample(seed, id).cycle;
-            let tracks = cycle.tracks(study.road_types(), study.operating_cycle().road().types());
-            GivenCycle::from_tracks(&tracks, Some(cycle.road.length_m)).unwrap()
-        })
-        .collect();
-    fit(&cycles, study.model()).unwrap()
+    let given = |id| {
+        let cycle = study.sample(seed, id).cycle;
+        let tracks = cycle.tracks(study.road_types(), study.operating_cycle().road().types());
+        GivenCycle::from_tracks(&tracks, Some(cycle.road.length_m)).unwrap()
+    };
+    (0..CYCLES).map(given).collect()
+}
+
+/// The limit that holds for trucks, as a trace gives it: a sign beyond it is not seen.
+fn with_limits_of_trucks(mut cycle: GivenCycle) -> GivenCycle {
+    let types = cycle.road_types.clone().unwrap();
+    let study = field_truck(|_| {});
+    let truck_limit_mps = |at_m: f64| {
+        let k = types.partition_point(|start| start.0 <= at_m);
+        study.model().road.types[&types[k - 1].1].truck_limit_mps.unwrap_or(f64::INFINITY)
+    };
+    let ends: Vec<f64> = types.iter().map(|start| start.0).collect();
+    for (at_m, limit_mps) in &mut cycle.limits {
+        *limit_mps = limit_mps.min(truck_limit_mps(*at_m));
+    }
+    cycle.limits.dedup_by(|b, a| a.1 == b.1 && !ends.contains(&b.0));
+    cycle
+}
+
+#[test]
+fn limits_of_trucks_hide_signs_whose_shares_and_changes_are_those_of_the_base() {
+    let study = field_truck(|_| {});
+    for seed in 1..=3 {
+        let logged: Vec<GivenCycle> = cycles(seed).into_iter().map(with_limits_of_trucks).collect();
+        let fit = fit(&logged, study.model()).unwrap();
+        let warned = |name: &str| {
+            fit.warnings.iter().any(|text| text.contains(&format!("{name}: its limits end at")))
+        };
+        assert!(warned("motorway") && warned("rural") && !warned("urban"), "{:?}", fit.warnings);
+        for name in ["motorway", "rural"] {
+            let (model, found) = (&study.model().road.types[name], &fit.model.types[name]);
+            assert_eq!(found.speed_signs.speed_kmh, model.speed_signs.speed_kmh);
+            for (a, b) in found.speed_signs.share.iter().zip(&model.speed_signs.share) {
+                assert!((a - b).abs() < 0.06, "{name}: {a} {b}");
+            }
+            let of_type = fit.types.iter().find(|of_type| of_type.road_type == name).unwrap();
+            let mut numbers = of_type.parameters.iter();
+            let length = numbers.find(|fit| fit.key == "speed_signs.mean_length_m").unwrap();
+            let off = (length.value - model.speed_signs.mean_length_m).abs();
+            assert!(off < 4.0 * length.standard_error.unwrap(), "{name}: {length:?}");
+        }
+    }
+    // one limit above the truck limit: all are posted signs
+    let mut logged: Vec<GivenCycle> = cycles(1).into_iter().map(with_limits_of_trucks).collect();
+    let cycle = logged.iter_mut().find(|cycle| cycle.road_types.as_ref().unwrap().len() > 3);
+    let cycle = cycle.unwrap();
+    let start = cycle.road_types.as_ref().unwrap().iter().find(|start| start.1 == "motorway");
+    let at_m = start.unwrap().0;
+    cycle.limits.iter_mut().find(|limit| limit.0 >= at_m).unwrap().1 = 30.0;
+    let fit = fit(&logged, study.model()).unwrap();
+    assert!(!fit.warnings.iter().any(|text| text.contains("its limits end at")));
+}
+
+#[test]
+fn values_that_are_not_uniform_get_the_law_of_their_mean_and_spread() {
+    use ocmc_core::operating_cycle::road::point_event::EventKind;
+    let study = field_truck(|_| {});
+    let mut logged = cycles(1);
+    // some have queued before the line
+    let mut count = 0;
+    for event in logged.iter_mut().flat_map(|cycle| &mut cycle.events) {
+        if let EventKind::GiveWayPass { speed_mps } = &mut event.kind {
+            count += 1;
+            *speed_mps = if count % 20 == 0 { 2.0 } else { *speed_mps };
+        }
+    }
+    let fit = fit(&logged, study.model()).unwrap();
+    let law = &fit.model.types["urban"].give_ways.pass_speed_mps;
+    let Quantity::Law(Law::Uniform { lower, .. }) = law else { panic!("{law:?}") };
+    // 95 % of mean 6.25 and SD 0.4, 5 % of 2
+    assert!((mean(law) - 6.04).abs() < 0.05 && *lower > 4.0, "{law:?}");
 }
 
 fn mean(law: &Quantity) -> f64 {
