@@ -115,6 +115,7 @@ impl SpeedSignChain {
 
     /// Chain of an observer who takes the signs of a group, which `group_of` gives, for one: each
     /// group changes at the rate of its signs, weighed by their shares, and has their mean speed.
+    #[must_use]
     pub fn grouped(&self, group_of: &[usize]) -> Self {
         let groups = group_of.iter().max().map_or(0, |last| last + 1);
         let mut share = vec![0.0; groups];
