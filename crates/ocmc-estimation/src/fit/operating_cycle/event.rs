@@ -99,7 +99,7 @@ fn uniform_law(values: &[f64]) -> Option<Law> {
     let error = (upper - lower) / libm::sqrt(12.0 * values.len() as f64);
     let half = libm::sqrt(3.0) * moments.sd();
     let by_moments = Law::Uniform { lower: moments.mean - half, upper: moments.mean + half };
-    let agree = (moments.mean - (lower + upper) / 2.0).abs() <= MEANS_AGREE * error;
+    let agree = (moments.mean - f64::midpoint(lower, upper)).abs() <= MEANS_AGREE * error;
     Some(if agree { extremes } else { by_moments })
 }
 
