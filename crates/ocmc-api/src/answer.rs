@@ -12,6 +12,11 @@ pub trait Answer: Serialize {
         Vec::new()
     }
 
+    /// What was read, in a few lines.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// For programs: JSON on one line.
     fn to_json(&self) -> String {
         serde_json::to_string(self).expect("numbers, and keys that are words")

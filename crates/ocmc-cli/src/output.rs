@@ -38,6 +38,7 @@ pub(crate) fn answer_bytes(bytes: &[u8]) -> Result<(), Failure> {
 
 /// Writes an answer, as JSON where that was asked for, and its warnings before it.
 pub(crate) fn print(found: &impl Answer, json: bool) -> Result<(), Failure> {
+    found.notes().iter().for_each(|told| note(told));
     found.warnings().iter().for_each(|warning| warn(warning));
     answer(&if json { found.to_indented_json() } else { found.text() })
 }

@@ -212,6 +212,12 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     let given = GivenDrive::read(files.clone(), mappings(map)?, keep.clone(), *follow_speed)
         .map_err(Error::from)?;
     given.warnings().iter().for_each(|warning| warn(warning));
+    if let Some(read) = given.cycle_account() {
+        if !run.quiet {
+            read.told().iter().for_each(|told| output::note(told));
+        }
+        read.warnings().iter().for_each(|warning| warn(warning));
+    }
     for account in given.accounts() {
         if !run.quiet {
             account.told.iter().for_each(|told| output::note(told));

@@ -1,5 +1,6 @@
 //! Tables of measured curves, one row a curve, as `ocmc curves` writes them.
 
+use crate::intake::FileAccount;
 use crate::table::formats::CURVES;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::curve_speed::CurveTable;
@@ -9,7 +10,7 @@ use ocmc_estimation::log::surroundings::Surroundings;
 ///
 /// # Errors
 /// [`TableError`] names the file, the place in it and what is allowed.
-pub fn read(source: Source, mappings: &[Mapping]) -> Result<CurveTable, TableError> {
+pub fn read(source: Source, mappings: &[Mapping]) -> Result<(CurveTable, FileAccount), TableError> {
     let file = Table::open(source, &CURVES, mappings)?;
     file.refuse_other_units()?;
     file.need(&[Quantity::Driver, Quantity::Radius, Quantity::Speed])?;
@@ -23,7 +24,7 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<CurveTable, TableErr
         around: both_gaps.then(Vec::new),
         ..CurveTable::default()
     };
-    file.for_each(|row| {
+    let account = file.for_each(|row| {
         table.driver.push(row.text(Quantity::Driver).to_owned());
         let mut radius_m = row.number(Quantity::Radius)?;
         table.speed_mps.push(row.number(Quantity::Speed)?);
@@ -60,5 +61,5 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<CurveTable, TableErr
         table.radius_m.push(radius_m);
         Ok(())
     })?;
-    Ok(table)
+    Ok((table, account))
 }

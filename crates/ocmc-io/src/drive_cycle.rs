@@ -2,6 +2,7 @@
 //!
 //! Other columns are not used. The slope of a row holds over the step that ends there.
 
+use crate::intake::FileAccount;
 use crate::table::error::Fault;
 use crate::table::formats::{DRIVE_CYCLE, VECTO_CYCLE};
 use crate::table::source::{ending, is_table};
@@ -40,6 +41,17 @@ pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
 /// # Errors
 /// [`TableError`] names the file, the line and what is allowed.
 pub fn read(source: Source, mappings: &[Mapping]) -> Result<DriveCycle, TableError> {
+    read_with_account(source, mappings).map(|(cycle, _)| cycle)
+}
+
+/// Reads a drive cycle, and says what was read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_account(
+    source: Source,
+    mappings: &[Mapping],
+) -> Result<(DriveCycle, FileAccount), TableError> {
     let table = Table::open(source, &DRIVE_CYCLE, mappings)?;
     table.need(&[Quantity::Time, Quantity::Speed])?;
     table.one_of(&[Quantity::Gradient, Quantity::Grade])?;
@@ -49,7 +61,7 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<DriveCycle, TableErr
         DriveCycle::new(time_s, speed_mps, sine)
             .map_err(|error| TableError::of(source.path(), Fault::DriveCycle(error)))
     };
-    table.for_each(|row| {
+    let account = table.for_each(|row| {
         time_s.push(row.number(Quantity::Time)?);
         speed_mps.push(row.number(Quantity::Speed)?);
         sine.push(match row.optional(Quantity::Gradient)? {
@@ -64,7 +76,7 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<DriveCycle, TableErr
             _ => Ok(()),
         }
     })?;
-    of(time_s, speed_mps, sine)
+    Ok((of(time_s, speed_mps, sine)?, account))
 }
 
 /// The drive cycle as a table in CSV, from which [`read`] makes it again to the last bit.

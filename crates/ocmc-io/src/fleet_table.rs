@@ -1,6 +1,7 @@
 //! Records of a fleet, one row a trip: which truck, which driver, and the quantity that is
 //! compared.
 
+use crate::intake::FileAccount;
 use crate::table::formats::FLEET;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::fleet::FleetTable;
@@ -19,7 +20,7 @@ pub fn read(
     column: &str,
     weight: Option<&str>,
     month: bool,
-) -> Result<FleetTable, TableError> {
+) -> Result<(FleetTable, FileAccount), TableError> {
     let mut mappings = mappings.to_vec();
     let assigned = Mapping::columns(&mappings);
     let assign = |name: &str, column: Option<&str>| {
@@ -43,7 +44,7 @@ pub fn read(
         completed: file.column(Quantity::Outcome).map(|_| Vec::new()),
         ..FleetTable::default()
     };
-    file.for_each(|row| {
+    let account = file.for_each(|row| {
         table.truck.push(row.text(Quantity::Truck).to_owned());
         if let Some(driver) = &mut table.driver {
             driver.push(row.text(Quantity::Driver).to_owned());
@@ -60,7 +61,7 @@ pub fn read(
         }
         Ok(())
     })?;
-    Ok(table)
+    Ok((table, account))
 }
 
 #[cfg(test)]
@@ -70,7 +71,7 @@ mod tests {
 
     fn table(text: &str, weight: Option<&str>, month: bool) -> Result<FleetTable, TableError> {
         let source = Source::Text(Path::new("records.csv"), text);
-        read(source, &[], "consumption_l_per_100km", weight, month)
+        read(source, &[], "consumption_l_per_100km", weight, month).map(|(table, _)| table)
     }
 
     #[test]

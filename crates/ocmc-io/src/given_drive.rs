@@ -2,6 +2,7 @@
 //! drivers, or a speed to follow.
 
 use crate::given_cycle::{Account, account};
+use crate::intake::FileAccount;
 use crate::study::{LoadedStudy, StudyFileError};
 use crate::table::given::GivenTable;
 use crate::table::{Mapping, Source, TableError};
@@ -87,6 +88,8 @@ pub struct GivenDrive {
     mappings: Vec<Mapping>,
     keep: Vec<Keep>,
     how: How,
+    /// What was read of a drive cycle.
+    read: Option<FileAccount>,
 }
 
 #[derive(Clone, Debug)]
@@ -104,7 +107,13 @@ enum How {
 impl GivenDrive {
     /// Nothing is given: the study's own roads are driven.
     pub fn nothing() -> Self {
-        Self { files: Vec::new(), mappings: Vec::new(), keep: Vec::new(), how: How::Driven }
+        Self {
+            files: Vec::new(),
+            mappings: Vec::new(),
+            keep: Vec::new(),
+            how: How::Driven,
+            read: None,
+        }
     }
 
     /// Reads what has to be known before a study is. Routes are read with the study.
@@ -117,11 +126,11 @@ impl GivenDrive {
         keep: Vec<Keep>,
         follow: Option<Follow>,
     ) -> Result<Self, GivenDriveError> {
-        let how = match follow {
-            None => How::Driven,
+        let (how, read) = match follow {
+            None => (How::Driven, None),
             Some(follow) => followed(&files, &mappings, follow)?,
         };
-        Self { files, mappings, keep, how }.checked()
+        Self { files, mappings, keep, how, read }.checked()
     }
 
     /// A drive cycle over time that a calling program holds as a table.
@@ -134,8 +143,9 @@ impl GivenDrive {
         keep: Vec<Keep>,
         follow: Follow,
     ) -> Result<Self, GivenDriveError> {
-        let how = cycle(Source::Given(table), mappings, follow)?;
-        Self { files: vec![table.path().to_owned()], keep, how, ..Self::nothing() }.checked()
+        let (how, read) = cycle(Source::Given(table), mappings, follow)?;
+        let files = vec![table.path().to_owned()];
+        Self { files, keep, how, read: Some(read), ..Self::nothing() }.checked()
     }
 
     /// A drive cycle says nothing that a route could keep.
@@ -186,7 +196,7 @@ impl GivenDrive {
         };
         let file = PathBuf::from(file);
         let how = match (text, how) {
-            (Some(text), how) => cycle(Source::Text(&file, text), &[], *how)?,
+            (Some(text), how) => cycle(Source::Text(&file, text), &[], *how)?.0,
             (None, Follow::Exact) => How::Planned,
             (None, Follow::Driver) => return Err(GivenDriveError::Route),
         };
@@ -222,13 +232,18 @@ impl GivenDrive {
         self.files.iter().filter(without).map(message).collect()
     }
 
+    /// What was read of a drive cycle.
+    pub fn cycle_account(&self) -> Option<&FileAccount> {
+        self.read.as_ref()
+    }
+
     /// What was read of the routes, and what of it is hardly a road. What cannot be read is said
     /// when the study is made.
     pub fn accounts(&self) -> Vec<Account> {
         let files = if self.has_routes() { self.files.as_slice() } else { &[] };
         let read = |file: &PathBuf| {
-            let cycle = given_cycle::read(file, &self.mappings).ok()?;
-            Some(account(file, &cycle))
+            let (cycle, read) = given_cycle::read_with_account(file, &self.mappings).ok()?;
+            Some(account(file, &cycle, read))
         };
         files.iter().filter_map(read).collect()
     }
@@ -343,24 +358,30 @@ fn followed(
     files: &[PathBuf],
     mappings: &[Mapping],
     follow: Follow,
-) -> Result<How, GivenDriveError> {
+) -> Result<(How, Option<FileAccount>), GivenDriveError> {
     let [file] = files else { return Err(GivenDriveError::Several) };
     if !drive_cycle::is_one(file, mappings) {
         if follow == Follow::Driver {
             return Err(GivenDriveError::Route);
         }
         given_cycle::read(file, mappings)?;
-        return Ok(How::Planned);
+        return Ok((How::Planned, None));
     }
-    Ok(cycle(Source::File(file), mappings, follow)?)
+    let (how, read) = cycle(Source::File(file), mappings, follow)?;
+    Ok((how, Some(read)))
 }
 
-fn cycle(source: Source, mappings: &[Mapping], follow: Follow) -> Result<How, TableError> {
-    let cycle = drive_cycle::read(source, mappings)?;
-    Ok(match follow {
+fn cycle(
+    source: Source,
+    mappings: &[Mapping],
+    follow: Follow,
+) -> Result<(How, FileAccount), TableError> {
+    let (cycle, read) = drive_cycle::read_with_account(source, mappings)?;
+    let how = match follow {
         Follow::Driver => {
             How::CycleAsRoute(Box::new(drive_cycle::as_route(source.path(), &cycle)?), cycle)
         }
         Follow::Exact => How::Cycle(cycle),
-    })
+    };
+    Ok((how, read))
 }

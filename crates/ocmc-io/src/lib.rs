@@ -8,6 +8,7 @@ pub mod fleet_table;
 pub mod given_cycle;
 pub mod given_drive;
 mod input_file;
+pub mod intake;
 pub mod label;
 pub mod log;
 pub mod loss_law;

@@ -4,6 +4,7 @@
 //! A file with a column `acceleration_mps2` and without `time_s` is a table; `category` and
 //! `driver` (or `truck`) may be absent. Any other file is a log with time, speed and limit.
 
+use crate::intake::FileAccount;
 use crate::log::{self, LogFile, counted, row_notes};
 use crate::table::error::Fault;
 use crate::table::formats::{LOG, SPEED_CHANGES};
@@ -47,8 +48,7 @@ pub fn append(
     let file = Table::open(source, &SPEED_CHANGES, &of_table)?;
     let log = file.names().iter().any(|name| name == "time_s");
     if !log && file.has(Quantity::Acceleration) {
-        append_table(table, file)?;
-        return Ok(Vec::new());
+        return Ok(append_table(table, file)?.warnings());
     }
     refuse_other(&file, mappings)?;
     append_log(table, &log::read(source, mappings, &NEEDS)?, options)
@@ -127,7 +127,7 @@ fn drive_notes(place: &str, found: &LoggedChanges) -> Vec<String> {
     notes
 }
 
-fn append_table(table: &mut SpeedChangeTable, file: Table) -> Result<(), TableError> {
+fn append_table(table: &mut SpeedChangeTable, file: Table) -> Result<FileAccount, TableError> {
     file.refuse_other_units()?;
     file.need(&[Quantity::Acceleration])?;
     file.for_each(|row| {

@@ -3,6 +3,7 @@
 //! `site` says which rows follow each other; without it each road type is one site. Rows of a site
 //! are in order of time.
 
+use crate::intake::FileAccount;
 use crate::table::clock::ClockColumn;
 use crate::table::formats::TRAFFIC;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
@@ -18,6 +19,8 @@ pub struct TrafficTable {
     /// Where speeds were measured: of each row the speed over that of the empty road, NaN where it
     /// is missing.
     pub speed_ratios: Option<Vec<f64>>,
+    /// What was read.
+    pub read: FileAccount,
 }
 
 /// Reads the records of a table of traffic, as [`read_table`].
@@ -55,7 +58,7 @@ pub fn read_table(
     let mut last: BTreeMap<String, f64> = BTreeMap::new();
     let mut records = Vec::new();
     let mut speed_ratios = (measured == Quantity::SpeedRatio).then(Vec::new);
-    file.for_each(|row| {
+    let read = file.for_each(|row| {
         let road_type = row.text(Quantity::RoadType).to_owned();
         let site = if has_sites { row.text(Quantity::Site).to_owned() } else { road_type.clone() };
         let (time_s, _) = clock.after(row, last.get(&site).copied())?;
@@ -75,7 +78,7 @@ pub fn read_table(
         records.push(TrafficRecord { site, road_type, time_s, share });
         Ok(())
     })?;
-    Ok(TrafficTable { records, speed_ratios })
+    Ok(TrafficTable { records, speed_ratios, read })
 }
 
 #[cfg(test)]

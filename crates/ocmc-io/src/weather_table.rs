@@ -3,6 +3,7 @@
 //! The clock is the place's standard time all year ([`crate::table::clock`]). Beside it stands any
 //! of the quantities of the weather.
 
+use crate::intake::FileAccount;
 use crate::table::clock::ClockColumn;
 use crate::table::formats::WEATHER;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
@@ -30,13 +31,13 @@ pub fn read(
     source: Source,
     mappings: &[Mapping],
     utc_offset_h: Option<f64>,
-) -> Result<Vec<HourlyRecord>, TableError> {
+) -> Result<(Vec<HourlyRecord>, FileAccount), TableError> {
     let file = Table::open(source, &WEATHER, mappings)?;
     file.refuse_other_units()?;
     let mut clock = ClockColumn::find(&file, utc_offset_h)?;
     file.need_any("weather", &VARIABLES.map(|(quantity, _)| quantity))?;
     let mut records: Vec<HourlyRecord> = Vec::new();
-    file.for_each(|row| {
+    let account = file.for_each(|row| {
         let last = records.last().map(|last| last.time_s);
         let (time_s, day_of_year) = clock.after(row, last)?;
         let mut weather = STANDARD_WEATHER;
@@ -46,7 +47,7 @@ pub fn read(
         records.push(HourlyRecord { time_s, day_of_year, weather });
         Ok(())
     })?;
-    Ok(records)
+    Ok((records, account))
 }
 
 #[cfg(test)]
@@ -55,7 +56,7 @@ mod tests {
     use std::path::Path;
 
     fn table(text: &str) -> Result<Vec<HourlyRecord>, TableError> {
-        read(Source::Text(Path::new("hours.csv"), text), &[], None)
+        read(Source::Text(Path::new("hours.csv"), text), &[], None).map(|(records, _)| records)
     }
 
     #[test]

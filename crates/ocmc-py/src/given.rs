@@ -33,7 +33,9 @@ pub(crate) fn given(
             )
         })?;
         let given = py.detach(|| GivenDrive::of_table(table, &mappings, keep, follow));
-        return given.map(|given| (given, Vec::new())).map_err(|error| exception(error.into()));
+        let given = given.map_err(|error| exception(error.into()))?;
+        told_of_cycle(py, &given, progress)?;
+        return Ok((given, Vec::new()));
     }
     let paths = files.into_iter().map(|file| match file {
         Source::File(path) => Ok(path),
@@ -49,9 +51,17 @@ pub(crate) fn given(
         Ok((given, accounts))
     });
     let (given, accounts) = read.map_err(exception)?;
+    told_of_cycle(py, &given, progress)?;
     let told = accounts.iter().flat_map(|account| &account.told);
     told.into_iter().try_for_each(|told| note(py, progress, told))?;
     let doubts = accounts.iter().flat_map(|account| account.warnings.iter().cloned());
     given.warnings().into_iter().chain(doubts).try_for_each(|warning| warn(py, &warning))?;
     Ok((given, accounts))
+}
+
+/// Says what was read of a drive cycle, and warns of what is odd in it.
+fn told_of_cycle(py: Python, given: &GivenDrive, progress: Option<&Bound<PyAny>>) -> PyResult<()> {
+    let Some(read) = given.cycle_account() else { return Ok(()) };
+    read.told().iter().try_for_each(|told| note(py, progress, told))?;
+    read.warnings().iter().try_for_each(|warning| warn(py, warning))
 }

@@ -62,7 +62,7 @@ pub fn calibrate_curve_speed(
     let CalibrateCurveSpeedRequest { table, study, options } = request;
     let measured = match table {
         MeasuredTable::Curves(curves, mappings) => {
-            let table = curve_table::read(curves.lent(), mappings)?;
+            let (table, _) = curve_table::read(curves.lent(), mappings)?;
             MeasuredCurves::of_curves(&table, &options.fit)?
         }
         MeasuredTable::Law(model) => MeasuredCurves::of_law(&model.driver.curve_speed)?,

@@ -11,6 +11,7 @@ use ocmc_estimation::fit::fleet::{
     VarianceComponent, fit,
 };
 use ocmc_io::fleet_table;
+use ocmc_io::intake::FileAccount;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, percent, rounded};
 use ocmc_io::run_directory::{directory_of, records_file};
@@ -47,6 +48,8 @@ pub struct FleetAnswer {
     /// The estimates.
     #[serde(flatten)]
     pub fit: FleetFit,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
     /// The difference that was to be told apart, as a share of the mean.
     pub differ: f64,
     /// The power that was asked for.
@@ -94,30 +97,42 @@ pub fn fit_fleet(request: &FleetRequest) -> Result<FleetAnswer, Error> {
     let read = |column: &str| {
         fleet_table::read(records.lent(), mappings, column, weight.as_deref(), options.month)
     };
-    let (column, rows) = match column {
+    let (column, (rows, read)) = match column {
         Some(column) => (column.clone(), read(column)?),
         None => consumption(read)?,
     };
     let fit = fit(&rows, options).map_err(|error| no_fit(records.path(), error))?;
     let FleetOptions { differ, power, significance, .. } = *options;
-    Ok(FleetAnswer { column, weight: weight.clone(), fit, differ, power, significance })
+    let weight = weight.clone();
+    Ok(FleetAnswer { column, weight, fit, inputs: vec![read], differ, power, significance })
 }
 
 /// The first consumption of a carrier in which there are numbers, and its records.
 fn consumption(
-    read: impl Fn(&str) -> Result<FleetTable, TableError>,
-) -> Result<(String, FleetTable), TableError> {
-    let has_numbers = |rows: &FleetTable| rows.value.iter().any(|value| value.is_finite());
+    read: impl Fn(&str) -> Result<(FleetTable, FileAccount), TableError>,
+) -> Result<(String, (FleetTable, FileAccount)), TableError> {
+    let has_numbers =
+        |(rows, _): &(FleetTable, FileAccount)| rows.value.iter().any(|value| value.is_finite());
     let names = || CARRIERS.iter().map(|declared| declared.consumption.name);
     let mut read_all = names().map(|name| (name, read(name)));
     let first = read_all.next().expect("a carrier");
-    let is_there = |(_, rows): &(_, Result<FleetTable, _>)| rows.as_ref().is_ok_and(has_numbers);
+    let is_there = |(_, rows): &(_, Result<(FleetTable, FileAccount), _>)| {
+        rows.as_ref().is_ok_and(has_numbers)
+    };
     let (name, rows) =
         if is_there(&first) { first } else { read_all.find(is_there).unwrap_or(first) };
     Ok((name.to_owned(), rows?))
 }
 
 impl Answer for FleetAnswer {
+    fn warnings(&self) -> Vec<String> {
+        self.inputs.iter().flat_map(FileAccount::warnings).collect()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.inputs.iter().flat_map(FileAccount::told).collect()
+    }
+
     fn text(&self) -> String {
         let (name, factor) = label(&self.column);
         let fit = &self.fit;

@@ -17,6 +17,7 @@ use ocmc_estimation::fit::study_parameter::StudyParameterFit;
 use ocmc_estimation::fit::traffic::TrafficFit;
 use ocmc_estimation::fit::weather::WeatherFit;
 use ocmc_estimation::fit::{curve_speed, speed_change, traffic, weather};
+use ocmc_io::intake::FileAccount;
 use ocmc_io::log::curves::Steering;
 use ocmc_io::log::roads::{FoundRoads, NEEDS, is_log};
 use ocmc_io::study::{Estimate, FittedPart};
@@ -43,6 +44,9 @@ pub struct FitAnswer<Fit> {
     pub fit: Fit,
     /// The part of a study that follows from them.
     pub study: Value,
+    /// What was read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<FileAccount>,
     #[serde(skip)]
     text: String,
     #[serde(skip)]
@@ -53,7 +57,15 @@ impl<Fit> FitAnswer<Fit> {
     fn new(fit: Fit, text: &str, mut warnings: Vec<String>, part: &FittedPart) -> Self {
         warnings.extend(part.warnings());
         let text = format!("{text}\nTo paste into a study:\n\n{}", part.text());
-        Self { fit, study: part.json(), text, warnings }
+        Self { fit, study: part.json(), inputs: Vec::new(), text, warnings }
+    }
+
+    /// With what was read, and what the checks warn of in it before all else.
+    fn with_inputs(mut self, inputs: Vec<FileAccount>) -> Self {
+        let warnings: Vec<String> = inputs.iter().flat_map(FileAccount::warnings).collect();
+        self.warnings.splice(0..0, warnings);
+        self.inputs = inputs;
+        self
     }
 }
 
@@ -64,6 +76,10 @@ impl<Fit: Serialize> Answer for FitAnswer<Fit> {
 
     fn warnings(&self) -> Vec<String> {
         self.warnings.clone()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.inputs.iter().flat_map(FileAccount::told).collect()
     }
 }
 
@@ -127,7 +143,7 @@ pub struct CurveSpeedRequest<'a> {
 /// determine the model, [`Error::Tobit`] where they do not determine the censored one.
 pub fn fit_curve_speed(request: &CurveSpeedRequest) -> Result<FitAnswer<CurveSpeedFit>, Error> {
     let CurveSpeedRequest { curves, mappings, base, options, tobit } = request;
-    let table = curve_table::read(curves.lent(), mappings)?;
+    let (table, read) = curve_table::read(curves.lent(), mappings)?;
     let fit = curve_speed::fit(&table, options).map_err(|error| no_fit(curves.path(), error))?;
     let censored = fit.tobit.as_ref().filter(|_| *tobit);
     if *tobit && censored.is_none() {
@@ -140,7 +156,7 @@ pub fn fit_curve_speed(request: &CurveSpeedRequest) -> Result<FitAnswer<CurveSpe
     let part = part.with_errors(base, "curve_speed", errors);
     let text = text::curve_speed(&fit, table.driver.len());
     let warnings = fit.warnings.clone();
-    Ok(FitAnswer::new(fit, &text, warnings, &part))
+    Ok(FitAnswer::new(fit, &text, warnings, &part).with_inputs(vec![read]))
 }
 
 /// Speed changes, and what is asked of them.
@@ -366,7 +382,7 @@ pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Er
         None => format!("{} densities", fit.n),
     };
     let (text, warnings) = (format!("{head}\n{table}"), fit.warnings.clone());
-    Ok(FitAnswer::new(fit, &text, warnings, &part))
+    Ok(FitAnswer::new(fit, &text, warnings, &part).with_inputs(vec![read.read]))
 }
 
 /// Fits the weather model.
@@ -388,12 +404,12 @@ pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Er
 /// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where it determines nothing.
 pub fn fit_weather(request: &WeatherRequest) -> Result<FitAnswer<WeatherFit>, Error> {
     let WeatherRequest { table, mappings, base, utc_offset_h } = request;
-    let records = weather_table::read(table.lent(), mappings, *utc_offset_h)?;
+    let (records, read) = weather_table::read(table.lent(), mappings, *utc_offset_h)?;
     let fit = weather::fit(&records, &base.weather).map_err(|error| no_fit(table.path(), error))?;
     let errors = estimates("weather", &fit.parameters);
     let part = FittedPart::new(base, &["weather"], &fit.model).with_errors(base, "weather", errors);
     let table = text::parameter_table("", &fit.parameters);
     let text = format!("{} hours over {:.1} years\n{table}", fit.hours, fit.years);
     let warnings = fit.warnings.clone();
-    Ok(FitAnswer::new(fit, &text, warnings, &part))
+    Ok(FitAnswer::new(fit, &text, warnings, &part).with_inputs(vec![read]))
 }

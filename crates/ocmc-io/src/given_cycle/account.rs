@@ -1,5 +1,6 @@
 //! What was read of a given operating cycle, in words, and what of it is hardly a road.
 
+use crate::intake::FileAccount;
 use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
@@ -22,6 +23,8 @@ const MANY_CHANGES_PER_KM: f64 = 1.0;
 pub struct Account {
     /// The file, or what else it was read from.
     pub file: String,
+    /// What was read of it.
+    pub read: FileAccount,
     /// Length, in m.
     pub length_m: f64,
     /// Sum of the climbs, in m.
@@ -45,7 +48,7 @@ pub struct Account {
 }
 
 /// The account of a cycle that was read from a file.
-pub fn account(path: &Path, cycle: &GivenCycle) -> Account {
+pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
     let km = cycle.length_m / 1000.0;
     let file = path.display();
     let points = cycle.altitude.windows(2).filter(|pair| pair[1].0 > pair[0].0);
@@ -79,7 +82,8 @@ pub fn account(path: &Path, cycle: &GivenCycle) -> Account {
         curves(cycle),
         count_of(stops as u64, "stop"),
     )];
-    let mut warnings = Vec::new();
+    told.extend(read.told());
+    let mut warnings = read.warnings();
     for (what, noise_m) in
         [("positions", cycle.noise.positions_m), ("altitudes", cycle.noise.altitudes_m)]
     {
@@ -114,6 +118,7 @@ pub fn account(path: &Path, cycle: &GivenCycle) -> Account {
     );
     Account {
         file: file.to_string(),
+        read,
         length_m: cycle.length_m,
         climb_m,
         steepest_grade: steepest,

@@ -10,6 +10,7 @@ mod track_file;
 mod vdri;
 
 use crate::input_file;
+use crate::intake::FileAccount;
 use crate::sha256;
 use crate::table::error::Fault;
 use crate::table::formats::{DRIVE_CYCLE, TRACKS};
@@ -47,9 +48,24 @@ pub(crate) fn built_in(path: &Path) -> Option<&'static str> {
 /// # Errors
 /// [`TableError`] names the file, the place and what is allowed.
 pub fn read(path: &Path, mappings: &[Mapping]) -> Result<GivenCycle, TableError> {
+    read_with_account(path, mappings).map(|(cycle, _)| cycle)
+}
+
+/// As [`read`], with what was read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_account(
+    path: &Path,
+    mappings: &[Mapping],
+) -> Result<(GivenCycle, FileAccount), TableError> {
     match ending(path).as_str() {
         "vdri" => vdri::read(Source::File(path), mappings),
-        "json" => track_file::read_json(path, &read_text(path)?),
+        "json" => {
+            let cycle = track_file::read_json(path, &read_text(path)?)?;
+            let file = path.display().to_string();
+            Ok((cycle, FileAccount { file, ..FileAccount::default() }))
+        }
         _ if is_table(path) => {
             let tracks = Table::open(Source::File(path), &TRACKS, &[])?;
             if tracks.column(Quantity::Track).is_some() {
@@ -68,7 +84,8 @@ pub fn read(path: &Path, mappings: &[Mapping]) -> Result<GivenCycle, TableError>
 /// # Errors
 /// As [`read`].
 pub fn read_tracks(path: &Path, text: &str) -> Result<GivenCycle, TableError> {
-    track_file::read_table(Table::open(Source::Text(path, text), &TRACKS, &[])?)
+    let table = Table::open(Source::Text(path, text), &TRACKS, &[])?;
+    track_file::read_table(table).map(|(cycle, _)| cycle)
 }
 
 /// Whether a file, or what is built in under its name, can be read at all.

@@ -11,6 +11,7 @@
 //! ([`ocmc_core::operating_cycle::road::route_noise`]).
 
 use super::{in_file, refuse_over_time};
+use crate::intake::FileAccount;
 use crate::table::error::Fault;
 use crate::table::formats::ROUTE;
 use crate::table::given::RowPlace;
@@ -39,12 +40,12 @@ struct Rows {
 }
 
 impl Rows {
-    fn read(table: Table) -> Result<Self, TableError> {
+    fn read(table: Table) -> Result<(Self, FileAccount), TableError> {
         table.need(&[Quantity::Limit])?;
         let [has_stops, has_types] =
             [Quantity::Stop, Quantity::RoadType].map(|quantity| table.column(quantity).is_some());
         let (mut rows, path) = (Self::default(), table.path().to_owned());
-        table.for_each(|row| {
+        let account = table.for_each(|row| {
             rows.places.push(row.place());
             rows.limit_mps.extend(row.divided(Quantity::Limit, KMH, 3.6)?);
             rows.position_m.extend(row.optional(Quantity::Position)?);
@@ -68,12 +69,15 @@ impl Rows {
             }
             Ok(())
         })?;
-        Ok(rows)
+        Ok((rows, account))
     }
 }
 
 /// Reads a route.
-pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, TableError> {
+pub(super) fn read(
+    source: Source,
+    mappings: &[Mapping],
+) -> Result<(GivenCycle, FileAccount), TableError> {
     let table = Table::open(source, &ROUTE, mappings)?;
     let file = source.path();
     let [position, latitude, longitude] =
@@ -85,7 +89,7 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     if table.column(latitude).is_some() || table.column(longitude).is_some() {
         table.need(&[latitude, longitude])?;
     }
-    let rows = Rows::read(table)?;
+    let (rows, account) = Rows::read(table)?;
     let path = (!rows.latitude.is_empty()).then(|| Path2d::new(&rows.latitude, &rows.longitude));
     let positions = match &path {
         Some(path) if rows.position_m.is_empty() => &path.position_m,
@@ -165,7 +169,7 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     }
     cycle.heading_rad = road.as_ref().or(path.as_ref()).map(Path2d::heading_rad);
     cycle.noise = noise;
-    Ok(cycle)
+    Ok((cycle, account))
 }
 
 /// Refuses points that scatter so much that they tell no road.
@@ -185,7 +189,7 @@ mod tests {
     use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, TableError> {
-        read(Source::Text(Path::new("r.csv"), text), &[])
+        read(Source::Text(Path::new("r.csv"), text), &[]).map(|(cycle, _)| cycle)
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The tracks that `ocmc cycle` writes, read back: CSV (`track,rule,position_m,value`) or JSON.
 
 use super::in_file;
+use crate::intake::FileAccount;
 use crate::table::error::Fault;
 use crate::table::{Quantity, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
@@ -77,12 +78,12 @@ pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, TableErro
 }
 
 /// Reads the form of a table.
-pub(super) fn read_table(table: Table) -> Result<GivenCycle, TableError> {
+pub(super) fn read_table(table: Table) -> Result<(GivenCycle, FileAccount), TableError> {
     table.refuse_others()?;
     let file = table.path().to_owned();
     table.need(&[Quantity::Track, Quantity::Position, Quantity::Value])?;
     let mut rows: Vec<(String, f64, String)> = Vec::new();
-    table.for_each(|row| {
+    let account = table.for_each(|row| {
         let [track, value] = [Quantity::Track, Quantity::Value].map(|q| row.text(q).to_owned());
         rows.push((track, row.number(Quantity::Position)?, value));
         Ok(())
@@ -98,7 +99,8 @@ pub(super) fn read_table(table: Table) -> Result<GivenCycle, TableError> {
     for (track, ..) in &rows {
         known(&file, track)?;
     }
-    GivenCycle::from_tracks(&tracks, None).map_err(in_file(&file))
+    let cycle = GivenCycle::from_tracks(&tracks, None).map_err(in_file(&file))?;
+    Ok((cycle, account))
 }
 
 /// A track of numbers where every cell is one, otherwise of words.

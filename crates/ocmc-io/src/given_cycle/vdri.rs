@@ -8,6 +8,7 @@
 //! (auxiliaries, wind) are not used.
 
 use super::in_file;
+use crate::intake::FileAccount;
 use crate::table::error::Fault;
 use crate::table::formats::VECTO_CYCLE;
 use crate::table::unit::KMH;
@@ -16,13 +17,16 @@ use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 
 /// Reads a cycle.
-pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, TableError> {
+pub(super) fn read(
+    source: Source,
+    mappings: &[Mapping],
+) -> Result<(GivenCycle, FileAccount), TableError> {
     let table = Table::open(source, &VECTO_CYCLE, mappings)?;
     super::refuse_over_time(&table, &[Quantity::Position])?;
     table.need(&[Quantity::Position, Quantity::Speed])?;
     let (mut position_m, mut speed_mps) = (Vec::new(), Vec::new());
     let (mut gradient, mut stop_s) = (Vec::new(), Vec::<f64>::new());
-    table.for_each(|row| {
+    let account = table.for_each(|row| {
         position_m.push(row.number(Quantity::Position)?);
         speed_mps.extend(row.divided(Quantity::Speed, KMH, 3.6)?);
         gradient.push(row.divided(Quantity::Gradient, "percent", 100.0)?.unwrap_or(0.0));
@@ -59,8 +63,9 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     for track in [&mut limits, &mut grades] {
         track.merge_equal();
     }
-    GivenCycle::from_tracks(&[limits, grades, stops], Some(length_m))
-        .map_err(in_file(source.path()))
+    let cycle = GivenCycle::from_tracks(&[limits, grades, stops], Some(length_m))
+        .map_err(in_file(source.path()))?;
+    Ok((cycle, account))
 }
 
 #[cfg(test)]
@@ -69,7 +74,7 @@ mod tests {
     use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, TableError> {
-        read(Source::Text(Path::new("a.vdri"), text), &[])
+        read(Source::Text(Path::new("a.vdri"), text), &[]).map(|(cycle, _)| cycle)
     }
 
     #[test]

@@ -50,7 +50,7 @@ impl LogFile {
     /// What is odd in it.
     pub fn warnings(&self) -> Vec<String> {
         let path = self.path.display();
-        let mut warnings = Vec::new();
+        let mut warnings = self.read.warnings();
         if self.ragged_rows > 0 {
             let (ragged, rows) = (grouped(self.ragged_rows as u64), grouped(self.rows as u64));
             warnings.push(format!(

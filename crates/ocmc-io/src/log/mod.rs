@@ -11,6 +11,7 @@ pub mod roads;
 use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
 
+use crate::intake::FileAccount;
 use crate::sha256;
 use crate::table::error::Fault;
 use crate::table::formats::LOG;
@@ -108,6 +109,8 @@ pub struct LogFile {
     pub drives: Vec<LoggedTrip>,
     /// The columns that are understood, with their names.
     pub columns: Vec<(Column, String)>,
+    /// What was read.
+    pub read: FileAccount,
     /// Rows.
     pub rows: usize,
     /// Rows with too few or too many cells; what is there was used.
@@ -132,6 +135,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         path: source.path().to_owned(),
         drives: Vec::new(),
         columns: named.collect(),
+        read: FileAccount::default(),
         rows: 0,
         ragged_rows: 0,
         unreadable: Vec::new(),
@@ -149,7 +153,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     let mut drives = Trips::new(source.path());
     let time = numbers.iter().position(|column| column.quantity == Quantity::Time);
     let mut still = 0;
-    table.for_each(|row| {
+    let account = table.for_each(|row| {
         file.rows += 1;
         file.ragged_rows += usize::from(row.is_ragged());
         let labels = LABELS.map(|label| row.text(label).to_owned());
@@ -176,6 +180,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         }
         Ok(())
     })?;
+    file.read = account;
     file.drives = drives.finish(&numbers, &whole);
     for need in needs {
         check_numbers(&file, need)?;

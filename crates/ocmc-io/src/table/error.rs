@@ -1,6 +1,7 @@
 //! What can be wrong with a table: where it is, what stands there, and what would do.
 
 use super::given::RowPlace;
+use crate::intake::Finding;
 use arrow_schema::DataType;
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::prescribed::DriveCycleError;
@@ -252,6 +253,9 @@ pub enum Fault {
         /// Rows that were read.
         rows: usize,
     },
+    /// What a check refuses.
+    #[error(": {0}")]
+    Check(Finding),
     /// Numbers that are no drive cycle.
     #[error(": {0}")]
     DriveCycle(DriveCycleError),

@@ -26,6 +26,7 @@ use schema::ambiguous;
 pub use schema::{Column, Field, Schema, Style};
 pub use source::Source;
 
+use crate::intake::account::{FileAccount, ReadColumn};
 use arrow_array::Float64Array;
 use error::{Fault, nearest};
 use given::{Cells, GivenTable, RowPlace};
@@ -184,14 +185,15 @@ impl Table {
         }
     }
 
-    /// Calls `use_row` with each row.
+    /// Calls `use_row` with each row, and says what was read.
     ///
     /// # Errors
     /// [`Fault::NoRows`], or the first row that cannot be read, or that `use_row` refuses.
     pub fn for_each(
         self,
         mut use_row: impl FnMut(&Row) -> Result<(), TableError>,
-    ) -> Result<(), TableError> {
+    ) -> Result<FileAccount, TableError> {
+        let mut account = self.account();
         let Self { path, schema, names, columns, rows } = self;
         let header = Header { path: &path, names: &names, columns: &columns, style: schema.style };
         let rows = match rows {
@@ -206,7 +208,28 @@ impl Table {
                 table.rows()
             }
         };
-        if rows == 0 { Err(TableError::of(&path, Fault::NoRows)) } else { Ok(()) }
+        if rows == 0 {
+            return Err(TableError::of(&path, Fault::NoRows));
+        }
+        account.rows = rows;
+        Ok(account)
+    }
+
+    /// What the columns are taken for.
+    fn account(&self) -> FileAccount {
+        let read = |column: &Column| ReadColumn {
+            name: self.names[column.place].clone(),
+            quantity: column.quantity.name(),
+            unit: column.unit.suffix,
+        };
+        let understood = |place: usize| self.columns.iter().any(|column| column.place == place);
+        let others = self.names.iter().enumerate().filter(|(place, _)| !understood(*place));
+        FileAccount {
+            file: self.path.display().to_string(),
+            columns: self.columns.iter().map(read).collect(),
+            left_out: others.map(|(_, name)| name.clone()).collect(),
+            ..FileAccount::default()
+        }
     }
 
     /// The numbers of some quantities, all of which are needed, in SI.

@@ -4,6 +4,7 @@
 //! the mean of the two seconds that meet there. Limits are not in it: those of its mission are.
 
 use super::{Second, VectoError, read_series};
+use ocmc_io::intake::FileAccount;
 use ocmc_io::log::{LogFile, LoggedTrip, stem};
 use ocmc_io::table::Quantity;
 use ocmc_io::table::source::ending;
@@ -35,6 +36,7 @@ pub fn read(path: &Path) -> Result<LogFile, VectoError> {
     let drive = LoggedTrip::new(&name, name.trim_end_matches(".vmod"), columns);
     Ok(LogFile {
         path: path.to_owned(),
+        read: FileAccount::default(),
         rows: seconds.len(),
         drives: vec![drive],
         columns: Vec::new(),

@@ -1,0 +1,73 @@
+//! What was read of a file: rows, what each column was taken for, what was left out, and what the
+//! checks found.
+
+use super::{End, Finding};
+use crate::number_text::count_of;
+use serde::Serialize;
+
+/// What a column was taken for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReadColumn {
+    /// Its name in the file.
+    pub name: String,
+    /// The quantity, as the vocabulary calls it.
+    pub quantity: &'static str,
+    /// The suffix of its unit; empty where there is none.
+    pub unit: &'static str,
+}
+
+/// What was read of a file, and what of it is odd.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FileAccount {
+    /// The file, or what a table is called.
+    pub file: String,
+    /// Rows.
+    pub rows: usize,
+    /// What the columns were taken for.
+    pub columns: Vec<ReadColumn>,
+    /// Columns that were left out.
+    pub left_out: Vec<String>,
+    /// What the checks found.
+    pub findings: Vec<Finding>,
+}
+
+impl FileAccount {
+    /// What was read, in a few lines: rows and columns, then what was mended.
+    pub fn told(&self) -> Vec<String> {
+        let file = &self.file;
+        let column = |column: &ReadColumn| {
+            let ReadColumn { name, quantity, unit } = column;
+            // a name of the vocabulary speaks for itself
+            let spelt = if unit.is_empty() {
+                quantity == name
+            } else {
+                *name == format!("{quantity}_{unit}")
+            };
+            if spelt {
+                format!("`{name}`")
+            } else if unit.is_empty() {
+                format!("`{name}` as {quantity}")
+            } else {
+                format!("`{name}` as {quantity} in {unit}")
+            }
+        };
+        let columns: Vec<String> = self.columns.iter().map(column).collect();
+        let mut told = format!(
+            "`{file}`: {}, columns {}",
+            count_of(self.rows as u64, "row"),
+            columns.join(", ")
+        );
+        if !self.left_out.is_empty() {
+            told += &format!("; not used: `{}`", self.left_out.join("`, `"));
+        }
+        let mended = self.findings.iter().filter(|finding| finding.end == End::Mended);
+        std::iter::once(told).chain(mended.map(|finding| format!("`{file}`: {finding}"))).collect()
+    }
+
+    /// What the checks warn of.
+    pub fn warnings(&self) -> Vec<String> {
+        let file = &self.file;
+        let warned = self.findings.iter().filter(|finding| finding.end == End::Warned);
+        warned.map(|finding| format!("`{file}`: {finding}")).collect()
+    }
+}

@@ -1,0 +1,75 @@
+//! What a check found, and how it ends.
+
+use serde::Serialize;
+use std::fmt;
+
+/// How a check ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// The file is not used.
+    Refused,
+    /// The file is used as it is, and the answer may be wrong.
+    Warned,
+    /// What was found is made up for, and the answer is right.
+    Mended,
+}
+
+/// What a check found in a file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Name of the check, such as `sparse-points`.
+    pub check: &'static str,
+    /// How it ends.
+    pub end: End,
+    /// What is compared, in the unit that the text has.
+    pub figure: f64,
+    /// What it is compared with.
+    pub bound: f64,
+    /// What was found, in words, with its figures.
+    pub text: String,
+    /// What to do, in words; empty where there is nothing to do.
+    pub remedy: String,
+}
+
+impl Finding {
+    /// A finding that warns.
+    pub fn warned(
+        check: &'static str,
+        [figure, bound]: [f64; 2],
+        text: String,
+        remedy: &str,
+    ) -> Self {
+        Self { check, end: End::Warned, figure, bound, text, remedy: remedy.to_owned() }
+    }
+
+    /// A finding that was made up for.
+    pub fn mended(check: &'static str, [figure, bound]: [f64; 2], text: String) -> Self {
+        Self { check, end: End::Mended, figure, bound, text, remedy: String::new() }
+    }
+
+    /// A finding for which the file is refused.
+    pub fn refused(
+        check: &'static str,
+        [figure, bound]: [f64; 2],
+        text: String,
+        remedy: &str,
+    ) -> Self {
+        Self { check, end: End::Refused, figure, bound, text, remedy: remedy.to_owned() }
+    }
+
+    /// Whether the file is refused.
+    pub fn is_refusal(&self) -> bool {
+        self.end == End::Refused
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}", self.text)?;
+        if !self.remedy.is_empty() {
+            write!(f, ": {}", self.remedy)?;
+        }
+        write!(f, " [{}]", self.check)
+    }
+}

@@ -1,0 +1,13 @@
+//! What enters is judged. A reader takes a file into quantities ([`crate::table`]); checks look at
+//! quantities, whatever the command; the account says what was read, what was left out and what is
+//! odd.
+//!
+//! A check is a name, a figure that it compares with a bound, a remedy, and an end: it refuses,
+//! warns, or mends and says so. Its file has the check and its tests: to add one, write a file, or
+//! add it to the list of its kind.
+
+pub mod account;
+pub mod finding;
+
+pub use account::FileAccount;
+pub use finding::{End, Finding};
