@@ -1,14 +1,18 @@
 //! Drive cycles over time: a table with time, speed and slope, of ours, of FASTSim or of VECTO.
 //!
-//! Other columns are not used. The slope of a row holds over the step that ends there.
+//! The slope of a row holds over the step that ends there; where there is none, altitudes make it.
 
-use crate::intake::FileAccount;
+use crate::given_cycle::{checked_noise, in_file};
+use crate::intake::{FileAccount, Finding, slope, unused_column};
 use crate::table::error::Fault;
-use crate::table::formats::{DRIVE_CYCLE, VECTO_CYCLE};
+use crate::table::formats::{DRIVE_CYCLE, ROUTE, TRACKS, VECTO_CYCLE};
 use crate::table::source::{ending, is_table};
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::route_noise::{
+    LEAST_NOISE_M, noise_of_values, smooth_altitudes,
+};
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 use ocmc_core::prescribed::DriveCycle;
 use std::fmt::Write;
@@ -16,20 +20,29 @@ use std::path::Path;
 
 /// Seconds at rest from which a standstill is a stop of the route.
 const STOP_S: f64 = 0.5;
+/// Shortest way between the altitudes of which slopes are made, in m.
+const SHORTEST_STEP_M: f64 = 1.0;
 /// How far inside the road a rest at one of its ends is a stop, in m: at the ends themselves a
 /// truck only starts and ends.
 const INSIDE_M: f64 = 0.5;
 
-/// Whether a file is a table over time, of ours or of VECTO; what cannot be read is none.
+/// Whether a file is a table over time, of ours or of VECTO, or at least none over the way; what
+/// cannot be read is none.
 pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
     let (ours, vecto) = (is_table(path), ending(path) == "vdri");
     // a cycle of VECTO over distance may name the time, too
     let distance =
         |name: &String| vecto && VECTO_CYCLE.quantity_of(name) == Some(Quantity::Position);
+    let place = [Quantity::Position, Quantity::Latitude, Quantity::Longitude, Quantity::Track];
+    let has_place = |name: &String| {
+        let meant = ROUTE.means(name).or_else(|| TRACKS.means(name));
+        meant.is_some_and(|quantity| place.contains(&quantity))
+    };
     match Table::open(Source::File(path), &DRIVE_CYCLE, mappings) {
         Ok(table) => {
             let time = table.column(Quantity::Time).is_some();
-            (ours || vecto) && time && !table.names().iter().any(distance)
+            let names = table.names();
+            (ours || vecto) && !names.iter().any(distance) && (time || !names.iter().any(has_place))
         }
         // a cycle whose columns are unclear is one, and says so when it is read
         Err(error) => (ours || vecto) && error.is_ambiguous(),
@@ -54,16 +67,20 @@ pub fn read_with_account(
 ) -> Result<(DriveCycle, FileAccount), TableError> {
     let table = Table::open(source, &DRIVE_CYCLE, mappings)?;
     table.need(&[Quantity::Time, Quantity::Speed])?;
-    table.one_of(&[Quantity::Gradient, Quantity::Grade])?;
+    let slope = table.one_of(&[Quantity::Gradient, Quantity::Grade])?;
+    refuse_bare_v(&table, mappings)?;
+    let allowed = table.allowed();
     let (mut time_s, mut speed_mps, mut sine) =
         (Vec::<f64>::new(), Vec::<f64>::new(), Vec::<f64>::new());
+    let mut altitude_m = Vec::<f64>::new();
     let of = |time_s, speed_mps, sine| {
         DriveCycle::new(time_s, speed_mps, sine)
             .map_err(|error| TableError::of(source.path(), Fault::DriveCycle(error)))
     };
-    let account = table.for_each(|row| {
+    let mut account = table.for_each(|row| {
         time_s.push(row.number(Quantity::Time)?);
         speed_mps.push(row.number(Quantity::Speed)?);
+        altitude_m.extend(row.optional(Quantity::Altitude)?);
         sine.push(match row.optional(Quantity::Gradient)? {
             Some(tangent) => tangent / (1.0 + tangent * tangent).sqrt(),
             None => row.optional(Quantity::Grade)?.unwrap_or(0.0),
@@ -76,7 +93,81 @@ pub fn read_with_account(
             _ => Ok(()),
         }
     })?;
+    account.findings.extend(unused_column::judge(&account.left_out, &allowed));
+    if slope.is_none() && !altitude_m.is_empty() {
+        sine = slopes_of_altitudes(source.path(), &time_s, &speed_mps, &altitude_m)?;
+    }
+    let way_m = (1..time_s.len())
+        .map(|k| 0.5 * (speed_mps[k] + speed_mps[k - 1]) * (time_s[k] - time_s[k - 1]));
+    account.judged(source.path(), slope::judge(way_m.zip(sine.iter().skip(1).copied())))?;
     Ok((of(time_s, speed_mps, sine)?, account))
+}
+
+/// Refuses a speed `v` without a unit: VECTO's cycles, which write `<v>`, mean km/h, other people
+/// m/s.
+fn refuse_bare_v(table: &Table, mappings: &[Mapping]) -> Result<(), TableError> {
+    let speed = table.column(Quantity::Speed).map(|column| &table.names()[column.place]);
+    let vecto = ending(table.path()) == "vdri" || table.names().iter().any(|n| n.contains('<'));
+    match speed {
+        Some(name) if name.eq_ignore_ascii_case("v") && !vecto && !assigned(mappings, name) => {
+            let text = format!("column `{name}` has no unit: it may be m/s or km/h");
+            let remedy = "name it `speed_mps` or `speed_kmh`, or say which it is, as in --map \
+                          speed_mps=v";
+            let finding = Finding::refused("speed-without-unit", [1.0, 0.0], text, remedy);
+            Err(TableError::of(table.path(), Fault::Check(finding)))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn assigned(mappings: &[Mapping], name: &str) -> bool {
+    mappings.iter().any(|mapping| mapping.assigns(name))
+}
+
+/// The slope of each row, over the step that ends there, from altitudes: smoothed first where they
+/// scatter.
+fn slopes_of_altitudes(
+    path: &Path,
+    time_s: &[f64],
+    speed_mps: &[f64],
+    altitude_m: &[f64],
+) -> Result<Vec<f64>, TableError> {
+    let mut position_m = vec![0.0; time_s.len()];
+    for k in 1..time_s.len() {
+        let way_m = 0.5 * (speed_mps[k] + speed_mps[k - 1]) * (time_s[k] - time_s[k - 1]);
+        position_m[k] = position_m[k - 1] + way_m.max(0.0);
+    }
+    // at rest only the receiver wanders
+    let mut points: Vec<(f64, f64)> = Vec::new();
+    for (at_m, altitude_m) in position_m.iter().zip(altitude_m) {
+        if points.last().is_none_or(|last| *at_m >= last.0 + SHORTEST_STEP_M) {
+            points.push((*at_m, *altitude_m));
+        }
+    }
+    let (at_m, heights): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    let noise_m = checked_noise("altitudes", noise_of_values(&heights)).map_err(in_file(path))?;
+    if noise_m >= LEAST_NOISE_M {
+        points = smooth_altitudes(&at_m, &heights, noise_m);
+    }
+    let mut slopes = vec![0.0; time_s.len()];
+    for k in 1..time_s.len() {
+        let way_m = position_m[k] - position_m[k - 1];
+        if way_m > 0.0 {
+            let climb_m = held(&points, position_m[k]) - held(&points, position_m[k - 1]);
+            slopes[k] = climb_m / way_m;
+        }
+    }
+    Ok(slopes)
+}
+
+/// The value between points, linear, and that of the last one beyond them.
+fn held(points: &[(f64, f64)], at_m: f64) -> f64 {
+    let k = points.partition_point(|point| point.0 <= at_m);
+    match (k.checked_sub(1).map(|k| points[k]), points.get(k)) {
+        (Some((a_m, a)), Some((b_m, b))) => a + (b - a) * (at_m - a_m) / (b_m - a_m),
+        (Some((_, a)), None) => a,
+        (None, first) => first.map_or(0.0, |first| first.1),
+    }
 }
 
 /// The drive cycle as a table in CSV, from which [`read`] makes it again to the last bit.

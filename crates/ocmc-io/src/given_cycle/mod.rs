@@ -10,7 +10,7 @@ mod track_file;
 mod vdri;
 
 use crate::input_file;
-use crate::intake::FileAccount;
+use crate::intake::{FileAccount, slope};
 use crate::sha256;
 use crate::table::error::Fault;
 use crate::table::formats::{DRIVE_CYCLE, TRACKS};
@@ -56,6 +56,20 @@ pub fn read(path: &Path, mappings: &[Mapping]) -> Result<GivenCycle, TableError>
 /// # Errors
 /// As [`read`].
 pub fn read_with_account(
+    path: &Path,
+    mappings: &[Mapping],
+) -> Result<(GivenCycle, FileAccount), TableError> {
+    let (cycle, mut account) = read_unjudged(path, mappings)?;
+    let points = cycle.altitude.windows(2);
+    let slopes = points.map(|pair| {
+        let way_m = pair[1].0 - pair[0].0;
+        (way_m, if way_m > 0.0 { (pair[1].1 - pair[0].1) / way_m } else { 0.0 })
+    });
+    account.judged(path, slope::judge(slopes))?;
+    Ok((cycle, account))
+}
+
+fn read_unjudged(
     path: &Path,
     mappings: &[Mapping],
 ) -> Result<(GivenCycle, FileAccount), TableError> {

@@ -3,7 +3,10 @@
 
 use super::{End, Finding};
 use crate::number_text::count_of;
+use crate::table::TableError;
+use crate::table::error::Fault;
 use serde::Serialize;
+use std::path::Path;
 
 /// What a column was taken for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -32,6 +35,24 @@ pub struct FileAccount {
 }
 
 impl FileAccount {
+    /// Takes up what checks found.
+    ///
+    /// # Errors
+    /// [`Fault::Check`] with the first finding that refuses the file.
+    pub fn judged(
+        &mut self,
+        path: &Path,
+        findings: impl IntoIterator<Item = Finding>,
+    ) -> Result<(), TableError> {
+        for finding in findings {
+            if finding.end == End::Refused {
+                return Err(TableError::of(path, Fault::Check(finding)));
+            }
+            self.findings.push(finding);
+        }
+        Ok(())
+    }
+
     /// What was read, in a few lines: rows and columns, then what was mended.
     pub fn told(&self) -> Vec<String> {
         let file = &self.file;

@@ -8,6 +8,8 @@
 
 pub mod account;
 pub mod finding;
+pub mod slope;
+pub mod unused_column;
 
 pub use account::FileAccount;
 pub use finding::{End, Finding};

@@ -210,7 +210,11 @@ pub enum Fault {
         found: String,
     },
     /// A name that says no format of operating cycles.
-    #[error(" ends in none of `.vdri`, `.csv`, `.parquet` and `.json`")]
+    #[error(
+        " ends in none of `.vdri`, `.csv`, `.parquet` and `.json`: write a track or a sheet as CSV \
+         with the columns lat, lon, altitude_m and speed_limit_kmh, for example with GPSBabel \
+         (`gpsbabel -i gpx -f in.gpx -o unicsv -F out.csv`), ogr2ogr or a spreadsheet"
+    )]
     Extension,
     /// A text that is not the JSON of an operating cycle.
     #[error(" is not an operating cycle in JSON as `ocmc cycle` writes it: {0}")]

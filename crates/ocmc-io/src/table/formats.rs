@@ -211,6 +211,7 @@ pub const DRIVE_CYCLE: Schema = Schema {
             &[("", &["grade", "cycgrade"]), ("percent", &["grad", "grade_percent"])],
         ),
         Field::named(Q::Grade, &[("", &["slope"])]),
+        Field::of(Q::Altitude),
     ],
 };
 

@@ -84,16 +84,28 @@ impl Mapping {
             };
             return Err(TableError::of(path, fault));
         };
-        let place = header.iter().position(|name| *name == self.column).ok_or_else(|| {
-            let fault = Fault::NoSuchColumn {
-                column: self.column.clone(),
-                nearest: nearest(&self.column, header),
-                found: header.join(", "),
-            };
-            TableError::of(path, fault)
-        })?;
+        let place = header
+            .iter()
+            .position(|name| {
+                // a row below the names may have put its units behind them
+                *name == self.column
+                    || name.split_once(" [").is_some_and(|(name, _)| name == self.column)
+            })
+            .ok_or_else(|| {
+                let fault = Fault::NoSuchColumn {
+                    column: self.column.clone(),
+                    nearest: nearest(&self.column, header),
+                    found: header.join(", "),
+                };
+                TableError::of(path, fault)
+            })?;
         let sign = if field.quantity.is_text() { 1.0 } else { self.sign };
         Ok(Column { quantity: field.quantity, place, unit, sign, bounds: field.bounds })
+    }
+
+    /// Whether this column is assigned.
+    pub(crate) fn assigns(&self, column: &str) -> bool {
+        self.column == column
     }
 
     /// Whether a format has what is assigned.

@@ -17,6 +17,7 @@ pub mod schema;
 pub mod source;
 pub mod spreadsheet;
 pub mod unit;
+mod word;
 
 pub use error::TableError;
 pub use mapping::Mapping;
@@ -177,6 +178,12 @@ impl Table {
         Err(TableError::of(&self.path, fault))
     }
 
+    /// The names of the columns that the format has.
+    pub fn allowed(&self) -> String {
+        let known: Vec<String> = self.schema.fields.iter().flat_map(Field::names).collect();
+        known.join(", ")
+    }
+
     /// The table of a calling program, where it is one.
     pub(crate) fn given(&self) -> Option<&GivenTable> {
         match &self.rows {
@@ -194,7 +201,10 @@ impl Table {
         mut use_row: impl FnMut(&Row) -> Result<(), TableError>,
     ) -> Result<FileAccount, TableError> {
         let mut account = self.account();
-        let Self { path, schema, names, columns, rows } = self;
+        let Self { path, schema, names, columns, mut rows } = self;
+        if let Rows::Text(rows) = &mut rows {
+            account.findings.append(&mut rows.mended);
+        }
         let header = Header { path: &path, names: &names, columns: &columns, style: schema.style };
         let rows = match rows {
             Rows::Text(rows) => header.each_of_text(rows, use_row)?,
@@ -271,7 +281,14 @@ impl Header<'_> {
         let mut record = csv::StringRecord::new();
         let mut count = 0;
         loop {
-            match rows.reader.read_record(&mut record) {
+            let read = match rows.first.take() {
+                Some(first) => first.map(|first| {
+                    record = first;
+                    true
+                }),
+                None => rows.reader.read_record(&mut record),
+            };
+            match read {
                 Ok(false) => return Ok(count),
                 Ok(true) => {}
                 Err(error) => {

@@ -4,7 +4,8 @@
 use super::error::{Fault, TableError};
 use super::mapping::Mapping;
 use super::quantity::{Quantity, with_unit};
-use super::unit::{Unit, with_suffix, written};
+use super::unit::{Unit, is_written, with_suffix, written};
+use super::word;
 use std::path::Path;
 
 /// A format.
@@ -126,12 +127,23 @@ struct Name<'a> {
     bracket: Option<&'a str>,
 }
 
+/// The name and the unit of a header: `speed [km/h]`, `speed (km/h)`, `speed / km/h`,
+/// `speed, km/h` or `speed in km/h`.
+fn split_unit(header: &str) -> (&str, Option<&str>) {
+    if let Some((text, rest)) = header.split_once('[') {
+        return (text, Some(rest.split(']').next().unwrap_or_default().trim()));
+    }
+    let header = header.trim();
+    let in_parentheses = header.strip_suffix(')').and_then(|text| text.rsplit_once('('));
+    let others = [" / ", ", ", " in "].into_iter().filter_map(|by| header.rsplit_once(by));
+    let mut all = in_parentheses.into_iter().chain(others);
+    let found = all.find(|(_, unit)| is_written(unit.trim()));
+    found.map_or((header, None), |(text, unit)| (text, Some(unit.trim())))
+}
+
 impl<'a> Name<'a> {
     fn of(header: &'a str) -> Self {
-        let (text, bracket) = match header.split_once('[') {
-            None => (header, None),
-            Some((text, rest)) => (text, Some(rest.split(']').next().unwrap_or_default().trim())),
-        };
+        let (text, bracket) = split_unit(header);
         let text = text.trim().trim_matches(|c| c == '<' || c == '>').trim();
         let words: Vec<&str> = text.split_whitespace().collect();
         let text = words.join("_").to_lowercase();
@@ -151,6 +163,16 @@ pub(super) fn ambiguous(path: &Path, header: &[String], columns: [Column; 2]) ->
 type Rank = usize;
 const OTHER_SPELLING: Rank = 100;
 const OTHER_NAME: Rank = 200;
+const OTHER_WORD: Rank = 400;
+
+/// Whether a name ends with a unit.
+fn ends_with_unit(name: &str, unit: &Unit) -> bool {
+    let suffix = unit.suffix;
+    !suffix.is_empty()
+        && name
+            .strip_suffix(suffix)
+            .is_some_and(|rest| rest.is_empty() || rest.ends_with('_') || suffix.len() > 1)
+}
 
 impl Schema {
     /// The columns of a table, first those that a user assigns, then those whose names say what
@@ -203,28 +225,42 @@ impl Schema {
         header: &str,
     ) -> Result<Option<(&Field, &'static Unit, Rank)>, TableError> {
         let name = Name::of(header);
-        let Some((field, unit, rank)) = self.field(&name.text, name.bracket) else {
+        let Some((field, mut unit, rank, said)) = self.field_in_words(&name) else {
             return Ok(None);
         };
         let text = field.quantity.is_text();
         if let Some(bracket) = name.bracket
             && !(text && self.style == Style::Description)
-            && !written(field.quantity.units(), bracket).is_some_and(|written| {
-                written.factor == unit.factor && written.offset == unit.offset
-            })
         {
-            if self.style != Style::Description {
-                return Ok(None);
+            match written(field.quantity.units(), bracket) {
+                Some(written) if written.is_same(unit) => {}
+                // a name that has no unit has that of the brackets
+                Some(written) if !ends_with_unit(&said, unit) => unit = written,
+                _ if self.style != Style::Description => return Ok(None),
+                _ => {
+                    let fault = Fault::Bracket {
+                        column: header.to_owned(),
+                        unit: bracket.to_owned(),
+                        allowed: unit.written.first().copied().unwrap_or(unit.suffix),
+                    };
+                    return Err(TableError::of(path, fault));
+                }
             }
-            let fault = Fault::Bracket {
-                column: header.to_owned(),
-                unit: bracket.to_owned(),
-                allowed: unit.written.first().copied().unwrap_or(unit.suffix),
-            };
-            return Err(TableError::of(path, fault));
         }
         let same = self.style == Style::Description || header == name.text;
         Ok(Some((field, unit, if same { rank } else { rank + OTHER_SPELLING })))
+    }
+
+    /// As [`Schema::field`], of a name that may be a synonym or of another language, with the name
+    /// that is known.
+    fn field_in_words(&self, name: &Name) -> Option<(&Field, &'static Unit, Rank, String)> {
+        if let Some((field, unit, rank)) = self.field(&name.text, name.bracket) {
+            return Some((field, unit, rank, name.text.clone()));
+        }
+        // the unit of a row below may have been put behind a name that has one
+        let known = word::known_as(&name.text)?;
+        let (field, unit, rank) = self.field(&known, name.bracket)?;
+        Some((field, unit, rank + OTHER_WORD, known))
     }
 
     /// The field that a name means, its unit, and how well it fits.
@@ -242,8 +278,7 @@ impl Schema {
 
     /// What the name of a column means.
     pub(crate) fn quantity_of(&self, header: &str) -> Option<Quantity> {
-        let name = Name::of(header);
-        self.field(&name.text, name.bracket).map(|(field, ..)| field.quantity)
+        self.field_in_words(&Name::of(header)).map(|(field, ..)| field.quantity)
     }
 
     /// What the name of a column means, be it without a unit that is read.
@@ -255,7 +290,8 @@ impl Schema {
     /// The quantity that a name is but for its unit.
     pub(super) fn lacking_unit(&self, name: &str) -> Option<&Field> {
         let name = Name::of(name);
-        self.fields.iter().find(|field| field.quantity.lacks_unit(&name.text))
+        let known = word::known_as(&name.text).unwrap_or(name.text);
+        self.fields.iter().find(|field| field.quantity.lacks_unit(&known))
     }
 
     /// The field of a quantity.

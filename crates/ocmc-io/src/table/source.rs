@@ -5,7 +5,9 @@ use super::bounded::Bounded;
 use super::error::{Fault, TableError};
 use super::given::GivenTable;
 use super::schema::Style;
+use super::unit;
 use crate::input_file;
+use crate::intake::Finding;
 use arrow_array::{Array, ArrayRef, RecordBatchReader};
 use flate2::read::MultiGzDecoder;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -52,6 +54,12 @@ pub(super) struct TextRows {
     pub(super) reader: csv::Reader<Box<dyn Read>>,
     /// Whether a line ends before its line feed, which then is that of the next one.
     crlf: bool,
+    /// Lines of a title, which stand before the names.
+    title_lines: u64,
+    /// A row that was looked at already.
+    pub(super) first: Option<Result<csv::StringRecord, csv::Error>>,
+    /// What was made up for.
+    pub(super) mended: Vec<Finding>,
 }
 
 impl TextRows {
@@ -60,7 +68,8 @@ impl TextRows {
         // where the record begins its position still is that of the comments and empty lines before
         // it
         let inside = record.as_slice().bytes().filter(|byte| *byte == b'\n').count() as u64;
-        (self.reader.position().line() - inside).saturating_sub(u64::from(!self.crlf))
+        let line = self.reader.position().line() + self.title_lines - inside;
+        line.saturating_sub(u64::from(!self.crlf))
     }
 }
 
@@ -148,9 +157,19 @@ fn of_text(path: &Path, text: Box<dyn Read>, style: Style) -> Result<Opened, Tab
     if is_utf16(start) {
         return Err(TableError::of(path, Fault::Utf16));
     }
-    let separator = separator(start);
     let feed = start.iter().position(|byte| *byte == b'\n').unwrap_or(0);
     let crlf = feed > 0 && start[feed - 1] == b'\r';
+    let mut mended = Vec::new();
+    let title = title(start);
+    if let Some((_, title)) = &title {
+        let text = format!("the first line, `{title}`, is a title: the names stand below it");
+        mended.push(Finding::mended("title-line", [1.0, 0.0], text));
+    }
+    let title_lines = u64::from(title.is_some());
+    if let Some((bytes, _)) = title {
+        text.consume(bytes);
+    }
+    let separator = separator(text.fill_buf().map_err(failed)?);
     // a last line without an end would be counted as none
     let end: &[u8] = if crlf { b"\r\n" } else { b"\n" };
     let text: Box<dyn Read> = Box::new(text.chain(end));
@@ -163,8 +182,18 @@ fn of_text(path: &Path, text: Box<dyn Read>, style: Style) -> Result<Opened, Tab
         .from_reader(text);
     let header = reader.headers().map_err(|error| csv_error(path, error, 1))?;
     let name = |name: &str| name.trim_start_matches('\u{feff}').trim().to_owned();
-    let names: Vec<String> = header.iter().map(name).collect();
-    Ok((names, Rows::Text(TextRows { reader, crlf })))
+    let mut names: Vec<String> = header.iter().map(name).collect();
+    let mut rows = TextRows { reader, crlf, title_lines, first: None, mended };
+    let first = rows.reader.records().next();
+    let units = first.as_ref().and_then(|row| with_units_of(&names, row.as_ref().ok()?));
+    if let Some(with_units) = units {
+        names = with_units;
+        let text = "the row below the names has their units".to_owned();
+        rows.mended.push(Finding::mended("units-row", [1.0, 0.0], text));
+    } else {
+        rows.first = first;
+    }
+    Ok((names, Rows::Text(rows)))
 }
 
 fn given(table: GivenTable) -> Opened {
@@ -207,15 +236,68 @@ pub(super) fn csv_error(path: &Path, error: csv::Error, line: u64) -> TableError
     TableError::of(path, fault)
 }
 
+/// Names with the units of the row below them, where that has nothing but units; a name that has a
+/// unit keeps it.
+fn with_units_of(names: &[String], row: &csv::StringRecord) -> Option<Vec<String>> {
+    let unit = |cell: &str| {
+        let cell = cell.trim().trim_start_matches(['[', '(']).trim_end_matches([']', ')']).trim();
+        (cell.is_empty() || ["-", "1"].contains(&cell) || unit::is_written(cell))
+            .then(|| cell.to_owned())
+    };
+    let units: Vec<String> = row.iter().map(unit).collect::<Option<_>>()?;
+    if !units.iter().any(|text| unit::is_written(text)) {
+        return None;
+    }
+    let named = names.iter().enumerate().map(|(place, name)| match units.get(place) {
+        Some(unit) if !unit.is_empty() && !name.contains(['[', '(']) => format!("{name} [{unit}]"),
+        _ => name.clone(),
+    });
+    Some(named.collect())
+}
+
+/// Lines of a table that begins so which are neither blank nor comments (`#`), each with the byte
+/// behind its end; the last one may be a piece.
+fn content_lines(start: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+    let mut end = 0;
+    let lines = start.split_inclusive(|byte| *byte == b'\n').map(move |line| {
+        end += line.len();
+        (end, line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii())
+    });
+    lines.filter(|(_, line)| !line.is_empty() && !line.starts_with(b"#"))
+}
+
+const SEPARATORS: [u8; 3] = [b'\t', b';', b','];
+
+fn cells_of(line: &[u8], separator: u8) -> usize {
+    line.split(|byte| *byte == separator).count()
+}
+
+/// The bytes and the text of a line above the names: one cell, of several words, above a line of
+/// several names.
+fn title(start: &[u8]) -> Option<(usize, String)> {
+    let mut lines = content_lines(start);
+    let ((bytes, first), (_, second)) = (lines.next()?, lines.next()?);
+    let is_one = |line: &[u8]| SEPARATORS.iter().all(|by| cells_of(line, *by) == 1);
+    let by = SEPARATORS.into_iter().max_by_key(|by| cells_of(second, *by))?;
+    let names = second.split(|byte| *byte == by).map(|cell| String::from_utf8_lossy(cell));
+    let is_name = |cell: &str| cell.trim().parse::<f64>().is_err();
+    let has_words = first.iter().any(u8::is_ascii_whitespace);
+    (has_words && is_one(first) && !is_one(second) && names.into_iter().all(|name| is_name(&name)))
+        .then(|| (bytes, String::from_utf8_lossy(first).chars().take(60).collect()))
+}
+
 /// What separates the names of a table that begins so: a comma, unless there are more semicolons or
-/// tabulators. The names stand in the first line that is neither blank nor a comment (`#`).
+/// tabulators, and what separates as many names as cells of the row below before all others. The
+/// names stand in the first line that is neither blank nor a comment (`#`).
 fn separator(start: &[u8]) -> u8 {
-    let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
-    let mut lines = start.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
-    let line = lines.find(|line| !line.is_empty() && !line.starts_with(b"#")).unwrap_or_default();
-    let count = |wanted: u8| line.split(|byte| *byte == wanted).count();
+    let mut lines = content_lines(start).map(|(_, line)| line);
+    let (names, row) = (lines.next().unwrap_or_default(), lines.next().unwrap_or_default());
+    let fits = |by: u8| {
+        let count = cells_of(names, by);
+        (count > 1 && count == cells_of(row, by), count)
+    };
     // of equal counts the last one wins
-    [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',')
+    SEPARATORS.into_iter().max_by_key(|separator| fits(*separator)).unwrap_or(b',')
 }
 
 /// The ending of a file's name that says its format, in lower-case letters, without that of a

@@ -14,18 +14,46 @@ pub struct Unit {
     pub factor: f64,
     /// Its zero in SI.
     pub offset: f64,
+    /// What is taken of the number then.
+    pub scale: Scale,
+}
+
+/// What a quantity is of the number that its unit makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// The number.
+    Linear,
+    /// The sine of an angle: climb per metre of road.
+    Sine,
+    /// The tangent of an angle: rise over run.
+    Tangent,
 }
 
 impl Unit {
     const fn new(suffix: &'static str, written: &'static [&'static str], factor: f64) -> Self {
-        Self { suffix, written, factor, offset: 0.0 }
+        Self { suffix, written, factor, offset: 0.0, scale: Scale::Linear }
+    }
+
+    const fn scaled(self, scale: Scale) -> Self {
+        Self { scale, ..self }
+    }
+
+    /// Whether numbers mean the same in both.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let of = |unit: &Self| (unit.factor, unit.offset, unit.scale);
+        of(self) == of(other)
     }
 
     /// A number of it in SI.
     pub fn si(&self, number: f64) -> f64 {
         let size = self.factor * number;
         // adding zero would lose the sign of a zero
-        if self.offset == 0.0 { size } else { size + self.offset }
+        let number = if self.offset == 0.0 { size } else { size + self.offset };
+        match self.scale {
+            Scale::Linear => number,
+            Scale::Sine => libm::sin(number),
+            Scale::Tangent => libm::tan(number),
+        }
     }
 }
 
@@ -41,9 +69,22 @@ pub const SHARE: &[Unit] = &[
     Unit::new("", &["-", "1", "m/m"], 1.0),
     Unit::new("percent", &["%", "percent", "per cent"], 0.01),
 ];
+const SLOPE_ANGLE: Unit = Unit::new("deg", &["°", "deg", "degree", "degrees"], PI / 180.0);
+/// Climb per metre of road.
+pub const GRADE: &[Unit] = &[
+    Unit::new("", &["-", "1", "m/m"], 1.0),
+    Unit::new("percent", &["%", "percent", "per cent"], 0.01),
+    SLOPE_ANGLE.scaled(Scale::Sine),
+];
+/// Rise over run.
+pub const GRADIENT: &[Unit] = &[
+    Unit::new("", &["-", "1", "m/m"], 1.0),
+    Unit::new("percent", &["%", "percent", "per cent"], 0.01),
+    SLOPE_ANGLE.scaled(Scale::Tangent),
+];
 /// Times.
 pub const TIME: &[Unit] = &[
-    Unit::new("s", &["s", "sec", "second", "seconds"], 1.0),
+    Unit::new("s", &["s", "sec", "secs", "second", "seconds"], 1.0),
     Unit::new("ms", &["ms"], 1e-3),
     Unit::new("us", &["us", "µs"], 1e-6),
     Unit::new("ns", &["ns"], 1e-9),
@@ -57,7 +98,7 @@ pub const LENGTH: &[Unit] = &[
 ];
 /// Speeds.
 pub const SPEED: &[Unit] = &[
-    Unit::new("mps", &["m/s", "mps"], 1.0),
+    Unit::new("mps", &["m/s", "mps", "m/sec", "m s-1"], 1.0),
     Unit::new(KMH, &["km/h", "kmh", "kph", "km/hr"], 1.0 / 3.6),
     Unit::new("mph", &["mph", "mile/h", "miles/h", "mi/h"], 0.44704),
     Unit::new("kn", &["kn", "kt", "knots"], 1852.0 / 3600.0),
@@ -124,6 +165,14 @@ pub fn with_suffix(units: &'static [Unit], suffix: &str) -> Option<&'static Unit
 /// The one of some units that is written so in brackets.
 pub fn written(units: &'static [Unit], text: &str) -> Option<&'static Unit> {
     units.iter().find(|unit| unit.written.iter().any(|known| known.eq_ignore_ascii_case(text)))
+}
+
+/// Whether a text is a unit as it is written in brackets, of whatever quantity; a mere number or
+/// dash is none.
+pub fn is_written(text: &str) -> bool {
+    !["", "-", "1"].contains(&text)
+        && (VOCABULARY.iter().any(|entry| written(entry.units, text).is_some())
+            || OTHER_SUFFIXES.iter().any(|suffix| suffix.eq_ignore_ascii_case(text)))
 }
 
 /// Whether the end of a column's name is a unit, of whatever quantity.

@@ -1,0 +1,217 @@
+//! Other words for what a column is called: synonyms, and those of German, French, Swedish and
+//! Spanish. A word stands for a name of the vocabulary; the unit behind it stays.
+
+/// Words as they are compared ([`folded`]), behind the name that they stand for.
+const WORDS: &[(&str, &[&str])] = &[
+    (
+        "time",
+        &[
+            "elapsed_time",
+            "test_time",
+            "timestamp",
+            "zeit",
+            "zeitstempel",
+            "messzeit",
+            "temps",
+            "duree",
+            "tid",
+            "tidpunkt",
+            "tiempo",
+            "fecha_hora",
+            "datetime",
+            "date_time",
+            "mess_datum",
+        ],
+    ),
+    (
+        "speed",
+        &[
+            "vehicle_speed",
+            "target_speed",
+            "gps_speed",
+            "velocity",
+            "geschwindigkeit",
+            "fahrgeschwindigkeit",
+            "tempo",
+            "vitesse",
+            "hastighet",
+            "fart",
+            "velocidad",
+        ],
+    ),
+    (
+        "limit",
+        &[
+            "maxspeed",
+            "max_speed",
+            "speedlimit",
+            "posted_speed",
+            "tempolimit",
+            "hoechstgeschwindigkeit",
+            "geschwindigkeitsbegrenzung",
+            "limite_de_vitesse",
+            "vitesse_limite",
+            "limitation_de_vitesse",
+            "hastighetsgraens",
+            "hastighetsbegraensning",
+            "limite_de_velocidad",
+            "velocidad_maxima",
+        ],
+    ),
+    (
+        "position",
+        &[
+            "distance",
+            "chainage",
+            "odometer",
+            "strecke",
+            "weg",
+            "wegstrecke",
+            "entfernung",
+            "straecka",
+            "avstaand",
+            "avstand",
+            "distancia",
+        ],
+    ),
+    ("latitude", &["gps_lat", "gps_latitude", "breitengrad", "latitud"]),
+    ("longitude", &["lng", "long", "gps_lon", "gps_longitude", "laengengrad", "longitud"]),
+    (
+        "altitude",
+        &[
+            "alt",
+            "ele",
+            "elev",
+            "gps_altitude",
+            "hoehe",
+            "meereshoehe",
+            "hoejd",
+            "altitud",
+            "elevacion",
+        ],
+    ),
+    (
+        "grade",
+        &[
+            "slope",
+            "road_grade",
+            "road_slope",
+            "road_gradient",
+            "incline",
+            "inclination",
+            "steigung",
+            "neigung",
+            "laengsneigung",
+            "pente",
+            "declivite",
+            "inclinaison",
+            "lutning",
+            "stigning",
+            "pendiente",
+            "inclinacion",
+        ],
+    ),
+    ("acceleration", &["beschleunigung", "aceleracion"]),
+    ("yaw_rate", &["gierrate", "giergeschwindigkeit", "vitesse_de_lacet", "girhastighet"]),
+    ("course", &["heading", "bearing", "kurs", "cap", "rumbo"]),
+    ("temperature", &["temperatur", "lufttemperatur", "temperatura", "air_temperature"]),
+    ("pressure", &["luftdruck", "pression", "lufttryck", "presion", "air_pressure"]),
+    (
+        "relative_humidity",
+        &["humidity", "relative_feuchte", "luftfeuchte", "luftfuktighet", "humidite", "humedad"],
+    ),
+    ("precipitation", &["rain", "niederschlag", "precipitations", "nederboerd", "precipitacion"]),
+    (
+        "wind_speed",
+        &["windgeschwindigkeit", "vitesse_du_vent", "vindhastighet", "velocidad_del_viento"],
+    ),
+    ("wind_direction", &["windrichtung", "direction_du_vent", "vindriktning"]),
+    ("payload", &["nutzlast", "zuladung", "charge_utile", "nyttolast", "carga_util"]),
+    ("driver", &["fahrer", "conducteur", "foerare", "conductor"]),
+    ("truck", &["fahrzeug", "lkw", "camion", "lastbil", "vehicule", "fordon", "vehiculo"]),
+    ("drive", &["fahrt", "trip", "trip_id", "trajet", "resa", "viaje"]),
+    ("gear", &["gang", "vaexel", "rapport", "marcha"]),
+];
+
+/// A name without accents, in the letters of the vocabulary: `Höhe` is `hoehe`.
+fn folded(name: &str) -> String {
+    let mut text = String::with_capacity(name.len());
+    for letter in name.to_lowercase().chars() {
+        text.push_str(match letter {
+            'ä' | 'æ' => "ae",
+            'ö' | 'ø' => "oe",
+            'ü' => "ue",
+            'å' => "aa",
+            'ß' => "ss",
+            'é' | 'è' | 'ê' => "e",
+            'á' | 'à' | 'â' => "a",
+            'í' | 'î' => "i",
+            'ó' | 'ô' => "o",
+            'ú' | 'û' => "u",
+            'ñ' => "n",
+            'ç' => "c",
+            '-' | ' ' | '\'' | '.' => "_",
+            other => {
+                text.push(other);
+                continue;
+            }
+        });
+    }
+    text
+}
+
+/// The name of the vocabulary that a name stands for, with the unit that it has: `hoehe_m` is
+/// `altitude_m`.
+pub(super) fn known_as(name: &str) -> Option<String> {
+    let name = folded(name);
+    let mut best: Option<(&str, &str)> = None;
+    for (known, words) in WORDS {
+        for word in words.iter().copied() {
+            let rest = name.strip_prefix(word);
+            let is_whole = rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
+            if is_whole && best.is_none_or(|(_, longest)| word.len() > longest.len()) {
+                best = Some((known, word));
+            }
+        }
+    }
+    best.map(|(known, word)| format!("{known}{}", &name[word.len()..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_four_languages_are_names_of_the_vocabulary() {
+        for (name, known) in [
+            ("Zeit", "time"),
+            ("Höhe_m", "altitude_m"),
+            ("Geschwindigkeit_kmh", "speed_kmh"),
+            ("vitesse limite_kmh", "limit_kmh"),
+            ("vitesse_kmh", "speed_kmh"),
+            ("hastighetsgräns_kmh", "limit_kmh"),
+            ("Pendiente_percent", "grade_percent"),
+            ("slope_percent", "grade_percent"),
+        ] {
+            assert_eq!(known_as(name).as_deref(), Some(known), "{name}");
+        }
+        for name in ["tidal", "speedy", "time", "weather", "limits"] {
+            assert_eq!(known_as(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_word_stands_for_one_name_that_is_known() {
+        let mut words: Vec<&str> =
+            WORDS.iter().flat_map(|(_, words)| words.iter().copied()).collect();
+        let all = words.len();
+        words.sort_unstable();
+        words.dedup();
+        assert_eq!(words.len(), all);
+        for (known, words) in WORDS {
+            let entry = super::super::quantity::VOCABULARY.iter().find(|e| e.names.contains(known));
+            assert!(entry.is_some(), "{known}");
+            assert!(words.iter().all(|word| folded(word) == *word), "{known}");
+        }
+    }
+}
