@@ -58,7 +58,7 @@ pub fn read_table(
     let mut last: BTreeMap<String, f64> = BTreeMap::new();
     let mut records = Vec::new();
     let mut speed_ratios = (measured == Quantity::SpeedRatio).then(Vec::new);
-    let read = file.for_each(|row| {
+    let mut read = file.for_each(|row| {
         let road_type = row.text(Quantity::RoadType).to_owned();
         let site = if has_sites { row.text(Quantity::Site).to_owned() } else { road_type.clone() };
         let (time_s, _) = clock.after(row, last.get(&site).copied())?;
@@ -78,6 +78,7 @@ pub fn read_table(
         records.push(TrafficRecord { site, road_type, time_s, share });
         Ok(())
     })?;
+    read.findings.extend(clock.finding());
     Ok(TrafficTable { records, speed_ratios, read })
 }
 

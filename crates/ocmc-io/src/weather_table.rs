@@ -3,12 +3,16 @@
 //! The clock is the place's standard time all year ([`crate::table::clock`]). Beside it stands any
 //! of the quantities of the weather.
 
-use crate::intake::FileAccount;
+use crate::intake::{FileAccount, Finding, epw};
+use crate::number_text::rounded;
 use crate::table::clock::ClockColumn;
 use crate::table::formats::WEATHER;
+use crate::table::source::{ending, read_text};
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 use ocmc_estimation::fit::weather::HourlyRecord;
+
+const HOUR_S: f64 = 3600.0;
 
 /// Where a variable of the weather is kept.
 type Into = fn(&mut Weather) -> &mut f64;
@@ -32,12 +36,21 @@ pub fn read(
     mappings: &[Mapping],
     utc_offset_h: Option<f64>,
 ) -> Result<(Vec<HourlyRecord>, FileAccount), TableError> {
+    if let Source::File(path) = source
+        && ending(path) == "epw"
+    {
+        let text = read_text(path)?;
+        if epw::is_one(&text) {
+            let table = epw::as_table(&text);
+            return read(Source::Text(path, &table), mappings, utc_offset_h);
+        }
+    }
     let file = Table::open(source, &WEATHER, mappings)?;
     file.refuse_other_units()?;
     let mut clock = ClockColumn::find(&file, utc_offset_h)?;
     file.need_any("weather", &VARIABLES.map(|(quantity, _)| quantity))?;
     let mut records: Vec<HourlyRecord> = Vec::new();
-    let account = file.for_each(|row| {
+    let mut account = file.for_each(|row| {
         let last = records.last().map(|last| last.time_s);
         let (time_s, day_of_year) = clock.after(row, last)?;
         let mut weather = STANDARD_WEATHER;
@@ -47,7 +60,35 @@ pub fn read(
         records.push(HourlyRecord { time_s, day_of_year, weather });
         Ok(())
     })?;
+    account.findings.extend(clock.finding());
+    account.findings.extend(hourly(&mut records));
     Ok((records, account))
+}
+
+/// Leaves the full hours of records that are closer than an hour: the laws are those of hours.
+fn hourly(records: &mut Vec<HourlyRecord>) -> Option<Finding> {
+    let mut steps_s: Vec<f64> =
+        records.windows(2).map(|pair| pair[1].time_s - pair[0].time_s).collect();
+    steps_s.sort_by(f64::total_cmp);
+    let step_s = *steps_s.get(steps_s.len() / 2)?;
+    if step_s >= HOUR_S - 1.0 {
+        return None;
+    }
+    let into_hour_s = |time_s: f64| {
+        let rest = time_s.rem_euclid(HOUR_S);
+        rest.min(HOUR_S - rest)
+    };
+    let all = records.len();
+    let kept = records.iter().filter(|record| into_hour_s(record.time_s) <= 1.0).count();
+    if kept < 2 {
+        return None;
+    }
+    records.retain(|record| into_hour_s(record.time_s) <= 1.0);
+    let text = format!(
+        "rows are {} min apart: the {kept} of {all} at full hours are used",
+        rounded(step_s / 60.0)
+    );
+    Some(Finding::mended("closer-than-hours", [step_s, HOUR_S], text))
 }
 
 #[cfg(test)]

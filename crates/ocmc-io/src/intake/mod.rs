@@ -7,9 +7,11 @@
 //! add it to the list of its kind.
 
 pub mod account;
+pub mod epw;
 pub mod finding;
 pub mod slope;
 pub mod unused_column;
+pub mod values;
 
 pub use account::FileAccount;
 pub use finding::{End, Finding};

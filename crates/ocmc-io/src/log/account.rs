@@ -79,9 +79,12 @@ pub(super) fn how_numbers_are_written(column: &str, text: &str) -> &'static str 
     if has_decimal_comma(text) {
         return "; numbers take a decimal point: write 0.5, not 0,5";
     }
+    if column == "time" && text.parse::<f64>().is_ok() {
+        return "; a time in numbers has its unit in the name, as in time_s: --map time_s=time";
+    }
     let date = text.get(..4).is_some_and(digits) && text[4..].starts_with(['-', '/']);
     if date || (column.starts_with("time") && text.contains(':')) {
-        return "; times are numbers: seconds from any origin, as in time_s";
+        return "; times are numbers, seconds from any origin, as in time_s, or dates under the name time";
     }
     ""
 }
@@ -98,6 +101,7 @@ mod tests {
             ("speed_kmh", "fast", ""),
             ("speed_kmh", "ä,5", ""),
             ("zeit", "2024-03-01T12:00:00Z", "seconds from any origin"),
+            ("time", "0.5", "--map time_s=time"),
             ("time_s", "12:00:01", "seconds from any origin"),
             ("time_s", "", ""),
         ] {

@@ -13,6 +13,7 @@ pub(crate) use account::{counted, row_notes};
 
 use crate::intake::FileAccount;
 use crate::sha256;
+use crate::table::clock::LogClock;
 use crate::table::error::Fault;
 use crate::table::formats::LOG;
 use crate::table::given::{GivenTable, RowPlace};
@@ -127,10 +128,20 @@ pub struct LogFile {
 /// rows.
 pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, TableError> {
     let table = Table::open(source, &LOG, mappings)?;
+    let dated = table.column(Quantity::Time).is_none();
+    let date = table.column(Quantity::Date).filter(|_| dated);
     for need in needs {
-        table.need_any(need[0].noun(), need)?;
+        if !(date.is_some() && need.contains(&Quantity::Time)) {
+            table.need_any(need[0].noun(), need)?;
+        }
     }
-    let named = table.columns().iter().map(|column| (*column, table.names()[column.place].clone()));
+    let named = table.columns().iter().map(|column| {
+        let name = table.names()[column.place].clone();
+        match column.quantity {
+            Quantity::Date if dated => (Column { quantity: Quantity::Time, ..*column }, name),
+            _ => (*column, name),
+        }
+    });
     let mut file = LogFile {
         path: source.path().to_owned(),
         drives: Vec::new(),
@@ -141,11 +152,14 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         unreadable: Vec::new(),
     };
     let labels = LABELS.map(|label| table.column(label));
-    let (texts, numbers): (Vec<Column>, Vec<Column>) = table
+    let (texts, mut numbers): (Vec<Column>, Vec<Column>) = table
         .columns()
         .iter()
-        .filter(|column| !LABELS.contains(&column.quantity))
+        .filter(|column| !LABELS.contains(&column.quantity) && column.quantity != Quantity::Date)
         .partition(|column| column.quantity.is_text());
+    // a date is a time since some midnight
+    numbers.extend(date.map(|column| Column { quantity: Quantity::Time, ..column }));
+    let mut clock = LogClock::default();
     let whole: Vec<Option<Float64Array>> = match table.given().filter(|t| is_one_drive(t, labels)) {
         Some(given) => numbers.iter().map(|column| table::unchanged(given, column)).collect(),
         None => vec![None; numbers.len()],
@@ -153,13 +167,18 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     let mut drives = Trips::new(source.path());
     let time = numbers.iter().position(|column| column.quantity == Quantity::Time);
     let mut still = 0;
-    let account = table.for_each(|row| {
+    let mut account = table.for_each(|row| {
         file.rows += 1;
         file.ragged_rows += usize::from(row.is_ragged());
         let labels = LABELS.map(|label| row.text(label).to_owned());
         let drive = drives.place(labels, numbers.len());
         for (k, column) in numbers.iter().enumerate().filter(|(k, _)| whole[*k].is_none()) {
-            let value = row.logged(column).unwrap_or_else(|text| {
+            let read = if date.is_some() && column.quantity == Quantity::Time {
+                clock.time_s(row.text(Quantity::Date))
+            } else {
+                row.logged(column)
+            };
+            let value = read.unwrap_or_else(|text| {
                 let name = &file.columns.iter().find(|(known, _)| known.place == column.place);
                 let name = name.map_or("", |(_, name)| name);
                 count(&mut file.unreadable, name, text, row.place());
@@ -180,6 +199,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         }
         Ok(())
     })?;
+    account.findings.extend(clock.finding());
     file.read = account;
     file.drives = drives.finish(&numbers, &whole);
     for need in needs {

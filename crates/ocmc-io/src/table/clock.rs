@@ -5,21 +5,17 @@
 //! the zone that the caller gives, otherwise at the offset of the first row. A stamp in UTC (`Z`,
 //! `+00:00`) does not tell where the place is, so that the zone has to be given.
 
+use super::date::{self, day_of_year, may_change_clocks};
 use super::error::TableError;
 use super::quantity::Quantity;
 use super::{Row, Table};
-use jiff::civil::{DateTime, date};
-use jiff::fmt::temporal::Pieces;
-use jiff::{Span, civil};
+use crate::intake::Finding;
+
+pub use super::date::UTC_OFFSETS_H;
 
 const DAY_S: f64 = 86_400.0;
+const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = 365.0 * DAY_S;
-
-/// Offsets from UTC that standard times have, in h.
-pub const UTC_OFFSETS_H: std::ops::RangeInclusive<f64> = -12.0..=14.0;
-
-/// Where dates are counted from.
-const ORIGIN: civil::Date = date(1900, 1, 1);
 
 /// The clock of a table.
 pub(crate) struct ClockColumn {
@@ -27,6 +23,55 @@ pub(crate) struct ClockColumn {
     quantity: Quantity,
     /// Offset of the place's standard time from UTC, in s, as far as it is known.
     place_s: Option<f64>,
+    changes: ClockChanges,
+}
+
+/// Changes between standard and summer time of a clock that says no zone: the hour that is missing
+/// in spring and the hour that comes twice in autumn. Times go on as if the clock had not changed.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ClockChanges {
+    /// What is added to the clock, in s.
+    added_s: f64,
+    /// The last stamp, and the time between the last two.
+    last: Option<f64>,
+    step_s: Option<f64>,
+    seen: Vec<&'static str>,
+}
+
+impl ClockChanges {
+    /// The time that goes on, of the next stamp, in s.
+    pub(crate) fn continued(&mut self, stamp_s: f64) -> f64 {
+        let step_s = self.last.map(|last| stamp_s - last);
+        if let (Some(step_s), Some(usual_s)) = (step_s, self.step_s)
+            && usual_s > 0.0
+            && usual_s <= HOUR_S
+            && may_change_clocks(stamp_s)
+        {
+            let is = |wanted: f64| (step_s - usual_s - wanted).abs() < 1e-3 + 0.5 * usual_s;
+            if is(-HOUR_S) {
+                self.added_s += HOUR_S;
+                self.seen.push("set back");
+            } else if is(HOUR_S) {
+                self.added_s -= HOUR_S;
+                self.seen.push("put forward");
+            }
+        } else if step_s.is_some() {
+            self.step_s = step_s;
+        }
+        self.last = Some(stamp_s);
+        stamp_s + self.added_s
+    }
+
+    /// What was made up for.
+    pub(crate) fn finding(&self) -> Option<Finding> {
+        let count = self.seen.len();
+        let first = self.seen.first()?;
+        let text = format!(
+            "the clock changes between summer and standard time (first {first} by an hour): times \
+             go on in the time of the first row"
+        );
+        (count > 0).then(|| Finding::mended("clock-change", [count as f64, 0.0], text))
+    }
 }
 
 impl ClockColumn {
@@ -36,7 +81,12 @@ impl ClockColumn {
         let any = [Quantity::Date, Quantity::Time];
         let column = seconds.map_or_else(|| table.need_any("time", &any), Ok)?;
         let place_s = utc_offset_h.map(|hours| 3600.0 * hours);
-        Ok(Self { quantity: column.quantity, place_s })
+        Ok(Self { quantity: column.quantity, place_s, changes: ClockChanges::default() })
+    }
+
+    /// What was made up for.
+    pub(crate) fn finding(&self) -> Option<Finding> {
+        self.changes.finding()
     }
 
     /// Time since some midnight, in s, and day of the year with its fraction, of a row that has to
@@ -44,7 +94,7 @@ impl ClockColumn {
     pub(crate) fn after(&mut self, row: &Row, last: Option<f64>) -> Result<(f64, f64), TableError> {
         let refuse = |allowed| row.refuse(self.quantity, allowed);
         let (time_s, day_of_year) = if self.quantity == Quantity::Date {
-            let (stamp_s, offset_s) = parse_date(row.text(self.quantity))
+            let (stamp_s, offset_s) = date::parse(row.text(self.quantity))
                 .ok_or_else(|| refuse("a date and time such as 2024-03-01T14:00"))?;
             let time_s = match (offset_s, self.place_s) {
                 (Some(offset_s), Some(place_s)) => stamp_s - offset_s + place_s,
@@ -54,7 +104,8 @@ impl ClockColumn {
                          standard time is ahead of it (--utc-offset, utc_offset_h in Python)",
                     ));
                 }
-                _ => stamp_s,
+                (Some(_), None) => stamp_s,
+                (None, _) => self.changes.continued(stamp_s),
             };
             self.place_s = self.place_s.or(offset_s);
             (time_s, day_of_year(time_s))
@@ -72,35 +123,29 @@ impl ClockColumn {
     }
 }
 
-/// The day of the year, with its fraction, of a time since [`ORIGIN`], in s.
-fn day_of_year(time_s: f64) -> f64 {
-    let whole = (time_s / DAY_S).floor();
-    let day = ORIGIN.saturating_add(Span::new().days(whole as i64)).day_of_year();
-    f64::from(day - 1) + (time_s - whole * DAY_S) / DAY_S
+/// The clock of a log: dates and times, with or without a zone.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LogClock {
+    changes: ClockChanges,
 }
 
-/// Time since [`ORIGIN`], in s, of a date such as `2024-03-01T14:00`, and its offset from UTC,
-/// where it says one.
-fn parse_date(text: &str) -> Option<(f64, Option<f64>)> {
-    let (date, clock) = text.split_once(['T', ' '])?;
-    let (clock, zone) = clock.split_at(clock.find(['Z', 'z', '+', '-']).unwrap_or(clock.len()));
-    let stamp = format!("{date} {}", clock.trim());
-    let formats = ["%Y-%m-%d %H:%M:%S%.f", "%Y-%m-%d %H:%M"];
-    let time = formats.iter().find_map(|format| DateTime::strptime(format, &stamp).ok())?;
-    if !(1901..2200).contains(&time.year()) {
-        return None;
+impl LogClock {
+    /// Time since some midnight, in s, of a date; NaN of an empty cell, the text of another one.
+    pub(crate) fn time_s(&mut self, text: &str) -> Result<f64, String> {
+        if text.is_empty() {
+            return Ok(f64::NAN);
+        }
+        match date::parse(text) {
+            Some((stamp_s, Some(offset_s))) => Ok(stamp_s - offset_s),
+            Some((stamp_s, None)) => Ok(self.changes.continued(stamp_s)),
+            None => Err(text.to_owned()),
+        }
     }
-    let since = time.duration_since(ORIGIN.to_datetime(civil::Time::midnight()));
-    let offset_s = if zone.is_empty() { None } else { Some(offset(zone)?) };
-    Some((since.as_secs_f64(), offset_s))
-}
 
-/// The offset from UTC, in s, of the zone at the end of a date.
-fn offset(zone: &str) -> Option<f64> {
-    let pieces = format!("2000-01-01T00:00{zone}");
-    let offset = Pieces::parse(&pieces).ok()?.to_numeric_offset()?;
-    let offset_s = f64::from(offset.seconds());
-    UTC_OFFSETS_H.contains(&(offset_s / 3600.0)).then_some(offset_s)
+    /// What was made up for.
+    pub(crate) fn finding(&self) -> Option<Finding> {
+        self.changes.finding()
+    }
 }
 
 #[cfg(test)]
@@ -173,7 +218,7 @@ mod tests {
             "2024-03-01",
             "2024-13-01T00:00",
             "2023-02-29T00:00",
-            "2024-03-01T24:00",
+            "2024-03-01T24:30",
             "2024-03-01T00:00+25:00",
             "2024-03-01T00:00+1",
             "2024-03-01T00:00 CET",

@@ -27,6 +27,7 @@ pub const LOG: Schema = Schema {
     style: Style::Log,
     fields: &[
         Field::of(Q::Time),
+        Field::of(Q::Date),
         Field::of(Q::Speed),
         Field::of(Q::YawRate),
         Field::of(Q::Curvature),

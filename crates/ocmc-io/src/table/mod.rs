@@ -7,6 +7,7 @@
 mod arrow_column;
 mod bounded;
 pub mod clock;
+pub(crate) mod date;
 pub mod error;
 pub mod formats;
 pub mod given;
@@ -28,11 +29,13 @@ pub use schema::{Column, Field, Schema, Style};
 pub use source::Source;
 
 use crate::intake::account::{FileAccount, ReadColumn};
+use crate::intake::values::Watched;
 use arrow_array::Float64Array;
 use error::{Fault, nearest};
 use given::{Cells, GivenTable, RowPlace};
 use row::{Header, RowCells};
 use source::{Rows, TextRows, csv_error};
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 /// A table whose header has been read.
@@ -205,7 +208,9 @@ impl Table {
         if let Rows::Text(rows) = &mut rows {
             account.findings.append(&mut rows.mended);
         }
-        let header = Header { path: &path, names: &names, columns: &columns, style: schema.style };
+        let watched = RefCell::new(vec![Watched::default(); columns.len()]);
+        let (path_of, style) = (&path, schema.style);
+        let header = Header { path: path_of, names: &names, columns: &columns, style, watched };
         let rows = match rows {
             Rows::Text(rows) => header.each_of_text(rows, use_row)?,
             Rows::Given(table) => {
@@ -222,6 +227,11 @@ impl Table {
             return Err(TableError::of(&path, Fault::NoRows));
         }
         account.rows = rows;
+        let watched = header.watched.into_inner();
+        let judge = |(column, watched): (&Column, Watched)| {
+            watched.judge(&names[column.place], column, style)
+        };
+        account.judged(&path, columns.iter().zip(watched).filter_map(judge))?;
         Ok(account)
     }
 

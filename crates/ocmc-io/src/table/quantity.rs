@@ -88,6 +88,14 @@ pub struct Entry {
     pub noun: &'static str,
     /// What it means, beyond that.
     pub meaning: &'static str,
+    /// The values that it usually has on a road, in SI: others are named (judgement).
+    pub usual: Option<[f64; 2]>,
+}
+
+impl Entry {
+    const fn usual(self, low: f64, high: f64) -> Self {
+        Self { usual: Some([low, high]), ..self }
+    }
 }
 
 const fn entry(
@@ -97,7 +105,7 @@ const fn entry(
     noun: &'static str,
     meaning: &'static str,
 ) -> Entry {
-    Entry { quantity, names, units, noun, meaning }
+    Entry { quantity, names, units, noun, meaning, usual: None }
 }
 
 use Quantity as Q;
@@ -118,31 +126,31 @@ pub const VOCABULARY: [Entry; 63] = [
     entry(Q::Site, &["site"], unit::TEXT, "site", "where traffic was measured"),
     entry(Q::Category, &["category"], unit::TEXT, "category",
         "of a speed change, such as `70-to-40`"),
-    entry(Q::Speed, &["speed"], unit::SPEED, "speed", ""),
+    entry(Q::Speed, &["speed"], unit::SPEED, "speed", "").usual(-10.0, 70.0),
     entry(Q::Acceleration, &["acceleration"], unit::ACCELERATION, "acceleration",
-        "negative where a vehicle slows down"),
+        "negative where a vehicle slows down").usual(-15.0, 15.0),
     entry(Q::Limit, &["limit", "speed_limit"], unit::SPEED, "speed limit",
-        "of a route from here on"),
+        "of a route from here on").usual(1.3, 45.0),
     entry(Q::Position, &["position"], unit::LENGTH, "position", "along the road"),
     entry(Q::Latitude, &["latitude", "lat"], unit::DEGREES, "latitude", "positive to the north"),
     entry(Q::Longitude, &["longitude", "lon"], unit::DEGREES, "longitude", "positive to the east"),
     entry(Q::Altitude, &["altitude", "elevation"], unit::LENGTH, "altitude",
-        "of a route linear between rows"),
+        "of a route linear between rows").usual(-450.0, 5500.0),
     entry(Q::Grade, &["grade"], unit::GRADE, "slope",
         "climb per metre of road, positive uphill; in a log since the row before"),
     entry(Q::Gradient, &["gradient"], unit::GRADIENT, "gradient", "rise over run, positive uphill"),
     entry(Q::Course, &["course"], unit::ANGLE, "course", "over ground, clockwise from north"),
-    entry(Q::YawRate, &["yaw_rate"], unit::ANGULAR_RATE, "yaw rate", "positive to the left"),
+    entry(Q::YawRate, &["yaw_rate"], unit::ANGULAR_RATE, "yaw rate", "positive to the left").usual(-3.0, 3.0),
     entry(Q::Curvature, &["curvature"], unit::PER_LENGTH, "curvature",
         "of the path, positive to the left"),
     entry(Q::LateralAcceleration, &["lateral_acceleration"], unit::ACCELERATION,
-        "lateral acceleration", "positive to the left"),
+        "lateral acceleration", "positive to the left").usual(-15.0, 15.0),
     entry(Q::SteeringWheelAngle, &["steering_wheel_angle"], unit::ANGLE,
-        "angle of the steering wheel", "positive to the left"),
-    entry(Q::Accelerator, &["accelerator"], unit::SHARE, "accelerator pedal", "from 0 to 1"),
-    entry(Q::Brake, &["brake"], unit::SHARE, "brake pedal", "from 0 to 1"),
-    entry(Q::Gear, &["gear"], unit::NUMBER, "gear", "from 1"),
-    entry(Q::Payload, &["payload"], unit::MASS, "payload", ""),
+        "angle of the steering wheel", "positive to the left").usual(-30.0, 30.0),
+    entry(Q::Accelerator, &["accelerator"], unit::SHARE, "accelerator pedal", "from 0 to 1").usual(-0.1, 1.2),
+    entry(Q::Brake, &["brake"], unit::SHARE, "brake pedal", "from 0 to 1").usual(-0.1, 1.2),
+    entry(Q::Gear, &["gear"], unit::NUMBER, "gear", "from 1").usual(-5.0, 30.0),
+    entry(Q::Payload, &["payload"], unit::MASS, "payload", "").usual(0.0, 100e3),
     entry(Q::Roughness, &["roughness"], unit::ROUGHNESS, "roughness",
         "coefficient of ISO 8608, of the road"),
     entry(Q::RoadType, &["road_type"], unit::TEXT, "road type", "name of a road type of the study"),
@@ -150,7 +158,7 @@ pub const VOCABULARY: [Entry; 63] = [
         "`stop_sign`, `give_way`, `traffic_light`, `speed_bump`, `mission_stop`, \
          `railway_crossing`"),
     entry(Q::Stop, &["stop"], unit::TIME, "standstill", "at this place; 0 or an empty cell: none"),
-    entry(Q::Radius, &["radius"], unit::LENGTH, "radius", "of a curve"),
+    entry(Q::Radius, &["radius"], unit::LENGTH, "radius", "of a curve").usual(2.0, 1e6),
     entry(Q::Direction, &["direction"], unit::TEXT, "direction", "of a curve: `left` or `right`"),
     entry(Q::RouteLength, &["route", "route_length"], unit::LENGTH, "length of the route",
         "on which a curve was driven"),
@@ -167,8 +175,8 @@ pub const VOCABULARY: [Entry; 63] = [
         "of the air at the place, not reduced to the sea"),
     entry(Q::RelativeHumidity, &["relative_humidity"], unit::SHARE, "relative humidity",
         "from 0 to 1"),
-    entry(Q::Precipitation, &["precipitation"], unit::PRECIPITATION, "precipitation", "as water"),
-    entry(Q::WindSpeed, &["wind_speed"], unit::SPEED, "wind speed", "10 m above the ground"),
+    entry(Q::Precipitation, &["precipitation"], unit::PRECIPITATION, "precipitation", "as water").usual(0.0, 5e-5),
+    entry(Q::WindSpeed, &["wind_speed"], unit::SPEED, "wind speed", "10 m above the ground").usual(0.0, 60.0),
     entry(Q::WindDirection, &["wind_direction"], unit::ANGLE, "wind direction",
         "where the wind comes from, clockwise from north"),
     entry(Q::DensityShare, &["density_share"], unit::NUMBER, "density of the traffic",
@@ -183,10 +191,10 @@ pub const VOCABULARY: [Entry; 63] = [
     entry(Q::FullLoadTorque, &["full_load_torque"], unit::TORQUE, "full-load torque", ""),
     entry(Q::DragTorque, &["drag_torque"], unit::TORQUE, "drag torque", "negative"),
     entry(Q::FuelRate, &["fuel", "fuel_rate"], unit::MASS_FLOW, "fuel consumption",
-        "in a log the mean since the row before"),
+        "in a log the mean since the row before").usual(-1e-4, 0.05),
     entry(Q::BatteryPower, &["battery_power"], unit::POWER, "power of the battery",
         "at its terminals, positive where it is discharged; in a log the mean since the row \
-         before"),
+         before").usual(-3e6, 3e6),
     entry(Q::InputTorque, &["input_torque"], unit::TORQUE, "input torque",
         "of a gearbox or an axle"),
     entry(Q::LossTorque, &["loss_torque", "torque_loss"], unit::TORQUE, "loss torque", ""),

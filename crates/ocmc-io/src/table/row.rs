@@ -5,8 +5,10 @@ use super::given::{Cells, RowPlace};
 use super::quantity::Quantity;
 use super::schema::{Column, Style};
 use super::spreadsheet;
+use crate::intake::values::Watched;
 use crate::number_text::has_decimal_comma;
 use arrow_array::{Array, StringArray};
+use std::cell::RefCell;
 use std::path::Path;
 
 /// What stands for a missing number, in any case.
@@ -25,6 +27,8 @@ pub(super) struct Header<'a> {
     pub(super) names: &'a [String],
     pub(super) columns: &'a [Column],
     pub(super) style: Style,
+    /// What is remembered of the columns, in their order.
+    pub(super) watched: RefCell<Vec<Watched>>,
 }
 
 pub(super) enum RowCells<'a> {
@@ -80,6 +84,14 @@ impl Row<'_> {
         number(self.text_in(column))
     }
 
+    /// Remembers a value of a column.
+    fn look(&self, column: &Column, written: f64, si: f64) {
+        let mut columns = self.table.columns.iter();
+        if let Some(k) = columns.position(|known| known.place == column.place) {
+            self.table.watched.borrow_mut()[k].look(self.place, column, written, si);
+        }
+    }
+
     /// The number in the cell of a quantity, in SI; NaN where it is missing, or the column is.
     ///
     /// # Errors
@@ -130,6 +142,7 @@ impl Row<'_> {
             }
         };
         let si = si(column, number);
+        self.look(column, number, si);
         match column.bounds {
             Some(bounds) if si < bounds.minimum || si > bounds.maximum => refuse(bounds.allowed),
             _ => Ok(si),
@@ -139,7 +152,11 @@ impl Row<'_> {
     /// The number in a cell of a log, in SI, NaN where it is missing; otherwise what stands there.
     pub(crate) fn logged(&self, column: &Column) -> Result<f64, String> {
         match self.written(column) {
-            Some(number) if !number.is_infinite() => Ok(column.si(number)),
+            Some(number) if !number.is_infinite() => {
+                let si = column.si(number);
+                self.look(column, number, si);
+                Ok(si)
+            }
             Some(infinite) => Err(self.shown(column).unwrap_or_else(|| infinite.to_string())),
             None => Err(self.shown(column).unwrap_or_default()),
         }

@@ -115,6 +115,11 @@ impl Column {
         self.sign * self.unit.si(number)
     }
 
+    /// A number in SI as it would be written; of an angle that of a small one.
+    pub fn written(&self, si: f64) -> f64 {
+        self.sign * (si - self.unit.offset) / self.unit.factor
+    }
+
     /// Whether its numbers are in SI as they stand.
     pub fn is_si(&self) -> bool {
         self.sign == 1.0 && self.unit.factor == 1.0 && self.unit.offset == 0.0

@@ -114,6 +114,11 @@ const WORDS: &[(&str, &[&str])] = &[
     ("acceleration", &["beschleunigung", "aceleracion"]),
     ("yaw_rate", &["gierrate", "giergeschwindigkeit", "vitesse_de_lacet", "girhastighet"]),
     ("course", &["heading", "bearing", "kurs", "cap", "rumbo"]),
+    // the names of the German weather service
+    ("temperature_c", &["tt_tu"]),
+    ("relative_humidity_percent", &["rf_tu"]),
+    ("pressure_hpa", &["p0"]),
+    ("precipitation_mm_per_h", &["r1"]),
     ("temperature", &["temperatur", "lufttemperatur", "temperatura", "air_temperature"]),
     ("pressure", &["luftdruck", "pression", "lufttryck", "presion", "air_pressure"]),
     (
@@ -209,8 +214,11 @@ mod tests {
         words.dedup();
         assert_eq!(words.len(), all);
         for (known, words) in WORDS {
-            let entry = super::super::quantity::VOCABULARY.iter().find(|e| e.names.contains(known));
-            assert!(entry.is_some(), "{known}");
+            let mut entries = super::super::quantity::VOCABULARY.iter();
+            let is_known = entries.any(|entry| {
+                entry.names.contains(known) || entry.quantity.names().any(|name| name == *known)
+            });
+            assert!(is_known, "{known}");
             assert!(words.iter().all(|word| folded(word) == *word), "{known}");
         }
     }
