@@ -1,7 +1,7 @@
 //! What commands have in common of what the user types: plain data, and how values are read.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, warn};
 use crate::progress::watched;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -34,7 +34,9 @@ impl FileOptions {
 
     /// A study with what is set in it.
     pub(crate) fn load(self, study: &Path, sets: &[String]) -> Result<LoadedStudy, Failure> {
-        Ok(study::open(&Given::Named(study), &self.files(), sets)?)
+        let loaded = study::open(&Given::Named(study), &self.files(), sets)?;
+        loaded.warnings().iter().for_each(|warning| warn(warning));
+        Ok(loaded)
     }
 }
 

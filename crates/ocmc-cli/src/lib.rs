@@ -223,6 +223,15 @@ fn with_studies(mut error: clap::Error) -> clap::Error {
         Some(ContextValue::String(typed)) => typed.clone(),
         _ => return error,
     };
+    let hint = match typed.as_str() {
+        "run" => Some("to run a study, type: ocmc --study NAME --cycles 1000"),
+        "=" => Some("a setting has no blanks around its sign: --set a=5"),
+        _ => None,
+    };
+    if let Some(hint) = hint {
+        error.remove(ContextKind::SuggestedSubcommand);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
+    }
     let is_file = Path::new(&typed).extension().is_some_and(|extension| extension == "toml");
     if is_file || list().iter().any(|study| study.name == typed) {
         let hint =

@@ -169,6 +169,7 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
         }
         (out, _) => {
             let study = &asked.load()?;
+            study.warnings().iter().for_each(|warning| warn(warning));
             let plan = asked.plan(study, threads, chunk, level);
             check_range(plan.first_cycle, plan.cycles)?;
             let out = out.clone().map(|path| (path, format.unwrap_or_default()));
@@ -212,6 +213,12 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     let given = GivenDrive::read(files.clone(), mappings(map)?, keep.clone(), *follow_speed)
         .map_err(Error::from)?;
     given.warnings().iter().for_each(|warning| warn(warning));
+    for setting in &run.set {
+        let key = setting.split('=').next().unwrap_or_default().trim();
+        if let Some(why) = given.without_effect(key) {
+            warn(&format!("--set {key} has no effect here: {why} [setting-without-effect]"));
+        }
+    }
     if let Some(read) = given.cycle_account() {
         if !run.quiet {
             read.told().iter().for_each(|told| output::note(told));

@@ -232,6 +232,33 @@ impl GivenDrive {
         self.files.iter().filter(without).map(message).collect()
     }
 
+    /// Why a key of the study has no effect on what is driven; none where it may have one.
+    pub fn without_effect(&self, key: &str) -> Option<&'static str> {
+        let is_below = |tables: &[&str]| {
+            tables.iter().any(|table| {
+                key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            })
+        };
+        let road = ["road.climb_rule", "road.net_climb_m", "mission.length_m"];
+        match &self.how {
+            How::Cycle(_)
+                if is_below(&["driver", "traffic", "road", "mission.stops"]) || is_below(&road) =>
+            {
+                Some("the speed of the file is followed, without a driver or a road")
+            }
+            How::CycleAsRoute(..) | How::Driven | How::Planned
+                if self.has_files() && is_below(&road) =>
+            {
+                Some("the road is that of the file")
+            }
+            _ => None,
+        }
+    }
+
+    fn has_files(&self) -> bool {
+        !self.files.is_empty()
+    }
+
     /// What was read of a drive cycle.
     pub fn cycle_account(&self) -> Option<&FileAccount> {
         self.read.as_ref()

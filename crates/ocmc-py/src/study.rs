@@ -1,5 +1,6 @@
 //! `ocmc.Study`: the class; [`crate::question`] has what is asked of it.
 
+use crate::answer::warn;
 use crate::error::study_error;
 use ocmc_api::study::{self, BuiltIn, LoadedStudy, StudyFileError, StudyModel};
 use pyo3::prelude::*;
@@ -46,6 +47,8 @@ impl PyStudy {
     /// The study, or what is wrong with it as an exception.
     pub(crate) fn new(loaded: Result<LoadedStudy, StudyFileError>) -> PyResult<Self> {
         let loaded = loaded.map_err(study_error)?;
+        let warnings = loaded.warnings();
+        Python::attach(|py| warnings.iter().try_for_each(|warning| warn(py, warning)))?;
         let hash = study::study_hash(&loaded.model);
         Ok(Self { loaded, hash })
     }

@@ -48,23 +48,23 @@ pub struct CostModel {
     pub currency: String,
     /// Fuel, per L.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
+    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6), extend("usual" = [0.2, 60.0]))]
     pub fuel_per_l: Option<Yearly>,
     /// Hydrogen, per kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
+    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6), extend("usual" = [0.5, 200.0]))]
     pub hydrogen_per_kg: Option<Yearly>,
     /// Natural gas or biomethane, per kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
+    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6), extend("usual" = [0.2, 60.0]))]
     pub methane_per_kg: Option<Yearly>,
     /// Electricity in the depot, per kWh of the meter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
+    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6), extend("usual" = [0.01, 10.0]))]
     pub depot_charging_per_kwh: Option<Yearly>,
     /// Electricity at stops on the way, per kWh of the meter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
+    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6), extend("usual" = [0.01, 20.0]))]
     pub public_charging_per_kwh: Option<Yearly>,
     /// Share of the metered electricity that reaches the battery; needed where electricity has a
     /// price.
@@ -73,7 +73,7 @@ pub struct CostModel {
     pub charging_efficiency: Option<f64>,
     /// Driver, per h of the trip, standstills included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
+    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6), extend("usual" = [1.0, 1500.0]))]
     pub driver_per_h: Option<Yearly>,
     /// Maintenance, repair and tyres of a truck with an engine, per km.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -121,7 +121,7 @@ pub struct CostModel {
     pub motor_per_kw: Option<Quantity>,
     /// Battery of an electric truck, per kWh of its capacity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Quantity", range(min = 0.0, max = 1.0e9))]
+    #[schemars(with = "Quantity", range(min = 0.0, max = 1.0e9), extend("usual" = [20.0, 15e3]))]
     pub battery_per_kwh: Option<Quantity>,
     /// Fuel cell, per kW of its highest net power.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -137,7 +137,7 @@ pub struct CostModel {
     pub insurance_per_a: Option<Yearly>,
     /// Life of a truck, in a (years).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Quantity", range(min = 0.1, max = 50.0))]
+    #[schemars(with = "Quantity", range(min = 0.1, max = 50.0), extend("usual" = [1.0, 30.0]))]
     pub life_a: Option<Quantity>,
     /// Discount rate without inflation, per a (year).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -145,7 +145,7 @@ pub struct CostModel {
     pub discount_rate_per_a: Option<Quantity>,
     /// Distance of a truck, in km per a (year).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Quantity", range(min = 1.0, max = 1.0e6))]
+    #[schemars(with = "Quantity", range(min = 1.0, max = 1.0e6), extend("usual" = [1000.0, 400e3]))]
     pub distance_km_per_a: Option<Quantity>,
 }
 

@@ -22,10 +22,10 @@ pub(crate) const MINIMUM_SPACING_M: f64 = 50.0;
 #[serde(deny_unknown_fields)]
 pub struct MissionModel {
     /// Length, in m.
-    #[schemars(range(min = 200.0, max = 5.0e6))]
+    #[schemars(range(min = 200.0, max = 5.0e6), extend("usual" = [1000.0, 2e6]))]
     pub length_m: Quantity,
     /// Payload, in kg.
-    #[schemars(range(min = 0.0, max = 100_000.0))]
+    #[schemars(range(min = 0.0, max = 100_000.0), extend("usual" = [100.0, 60e3]))]
     pub payload_kg: Quantity,
     /// Departure, in s from midnight; a draw outside the day is wrapped into it.
     #[schemars(range(min = -86_400.0, max = 172_800.0))]
@@ -53,7 +53,7 @@ pub struct MissionStopModel {
     #[schemars(range(min = 0.0, max = 5.0e6))]
     pub spacing_m: Quantity,
     /// Dwell, in s.
-    #[schemars(range(min = 0.0, max = 86_400.0))]
+    #[schemars(range(min = 0.0, max = 86_400.0), extend("usual" = [10.0, 43200.0]))]
     pub dwell_s: Quantity,
     /// Cargo that is unloaded and loaded there; absent: the payload stays as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -188,6 +188,57 @@ fn number_within(value: f64, key: Key, problems: &mut Problems) {
     }
 }
 
+/// A number, or the centre of a law, outside the range that is usual for its key.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unusual {
+    /// The key.
+    pub path: String,
+    /// The number.
+    pub value: f64,
+    /// The range that is usual.
+    pub usual: Bounds,
+}
+
+/// What lies outside the range that is usual for its key, in a [tree](super::tree) of a study. A
+/// zero is none, where zero is allowed.
+pub fn outside_usual(tree: &Value) -> Vec<Unusual> {
+    let mut found = Vec::new();
+    collect_unusual(tree, Key(&declarations()), &mut String::new(), &mut found);
+    found
+}
+
+fn collect_unusual(value: &Value, key: Key, path: &mut String, found: &mut Vec<Unusual>) {
+    let number = match value {
+        Value::Object(table) if table.contains_key("distribution") => {
+            Quantity::deserialize(value).ok().map(|law| law.centre())
+        }
+        Value::Object(table) => {
+            for (name, value) in table {
+                let above = path.len();
+                if above > 0 {
+                    path.push('.');
+                }
+                path.push_str(name);
+                let below = key.below(name).unwrap_or(Key(&Value::Null));
+                collect_unusual(value, below, path, found);
+                path.truncate(above);
+            }
+            None
+        }
+        Value::Array(items) => {
+            items.iter().for_each(|item| collect_unusual(item, key, path, found));
+            None
+        }
+        _ => value.as_f64(),
+    };
+    if let (Some(value), Some(usual)) = (number, key.usual())
+        && value != 0.0
+        && !(usual.minimum..=usual.maximum).contains(&value)
+    {
+        found.push(Unusual { path: path.clone(), value, usual });
+    }
+}
+
 /// Checks a law's own parameters, then that it draws, but for one in a million on each side, within
 /// the key's range.
 fn law(value: &Value, key: Key, problems: &mut Problems) {

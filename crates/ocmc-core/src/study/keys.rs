@@ -59,6 +59,13 @@ impl Key<'_> {
         Some(Bounds { minimum: bound("minimum")?, maximum: bound("maximum")? })
     }
 
+    /// The range that the key's number usually has: others may be slips.
+    pub fn usual(self) -> Option<Bounds> {
+        let Value::Array(ends) = self.entry().0.get("usual")? else { return None };
+        let [minimum, maximum] = [0, 1].map(|k| ends.get(k).and_then(Value::as_f64));
+        Some(Bounds { minimum: minimum?, maximum: maximum? })
+    }
+
     /// The innermost entry of a list of lists; what is no list is its own entry.
     #[must_use]
     pub fn entry(self) -> Self {

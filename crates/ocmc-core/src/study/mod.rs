@@ -11,7 +11,7 @@ pub mod tree;
 pub mod uncertainty;
 
 pub use crate::validation::Problem;
-pub use check::{StudyError, outside_bounds};
+pub use check::{StudyError, Unusual, outside_bounds, outside_usual};
 
 use crate::breakdown::{Axis, BreakdownColumns, Part};
 use crate::charging::{Charger, ChargingPolicy};

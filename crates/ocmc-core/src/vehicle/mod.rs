@@ -24,15 +24,15 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct VehicleModel {
     /// Mass without payload, in kg.
-    #[schemars(range(min = 500.0, max = 100_000.0))]
+    #[schemars(range(min = 500.0, max = 100_000.0), extend("usual" = [600.0, 40e3]))]
     pub curb_mass_kg: f64,
     /// Largest mass with payload that the law allows, in kg: larger draws of the payload are cut
     /// there; absent: none are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 500.0, max = 200_000.0))]
+    #[schemars(range(min = 500.0, max = 200_000.0), extend("usual" = [1000.0, 100e3]))]
     pub gross_mass_limit_kg: Option<f64>,
     /// Drag area CdA without cross wind, in m².
-    #[schemars(range(min = 0.1, max = 20.0))]
+    #[schemars(range(min = 0.1, max = 20.0), extend("usual" = [0.4, 12.0]))]
     pub drag_area_m2: Quantity,
     /// Growth of the drag area in a cross wind.
     pub cross_wind: CrossWindModel,
@@ -68,10 +68,10 @@ pub struct VehicleModel {
     pub wheel_inertia_kgm2: f64,
     /// Power of the auxiliaries, in W: at the crankshaft, or from the battery without heating and
     /// cooling.
-    #[schemars(range(min = 0.0, max = 100_000.0))]
+    #[schemars(range(min = 0.0, max = 100_000.0), extend("usual" = [50.0, 40e3]))]
     pub auxiliary_power_w: Quantity,
     /// Speed from which the limiter fades traction out, over `limiter_range_mps`, in m/s.
-    #[schemars(range(min = 5.0, max = 100.0))]
+    #[schemars(range(min = 5.0, max = 100.0), extend("usual" = [12.0, 70.0]))]
     pub limiter_speed_mps: f64,
     /// Speed range over which the limiter fades traction out, in m/s.
     #[schemars(range(min = 0.05, max = 5.0))]

@@ -10,7 +10,7 @@ mod track_file;
 mod vdri;
 
 use crate::input_file;
-use crate::intake::{FileAccount, slope};
+use crate::intake::{FileAccount, high_altitude, slope};
 use crate::sha256;
 use crate::table::error::Fault;
 use crate::table::formats::{DRIVE_CYCLE, TRACKS};
@@ -66,6 +66,8 @@ pub fn read_with_account(
         (way_m, if way_m > 0.0 { (pair[1].1 - pair[0].1) / way_m } else { 0.0 })
     });
     account.judged(path, slope::judge(slopes))?;
+    let altitudes_m = cycle.altitude.iter().map(|point| point.1);
+    account.judged(path, high_altitude::judge(altitudes_m))?;
     Ok((cycle, account))
 }
 

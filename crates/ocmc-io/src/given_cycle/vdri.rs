@@ -104,8 +104,7 @@ mod tests {
                 "9,-60,0,0",
                 "`a.vdri`, line 3, column `<v>`: `-60`; allowed is 0 to 252",
             ),
-            ("<s> [km],<v>,<grad>,<stop>", "9,60,0,0", "`<s> [km]` is read in m, not in km"),
-            ("<s>,<v> [m/s],<grad>,<stop>", "9,60,0,0", "`<v> [m/s]` is read in km/h"),
+            ("<s> [s],<v>,<grad>,<stop>", "9,60,0,0", "`<s> [s]` is read in m, not in s"),
             (
                 "<t>,<v>,<grad>,<stop>",
                 "9,60,0,0",
@@ -119,6 +118,9 @@ mod tests {
         }
         let units = "<s> [m],<v> [km/h],<grad> [%],<stop> [s]\n0,0,0,2\n9,60,0,0\n400,0,0,2\n";
         assert_eq!(parse(units).unwrap().length_m, 400.0);
+        let units = "<s> [km],<v> [m/s],<grad> [%],<stop> [s]\n0,0,0,2\n0.009,20,0,0\n0.4,0,0,2\n";
+        let cycle = parse(units).unwrap();
+        assert_eq!((cycle.length_m, cycle.limits[0].1), (400.0, 20.0));
     }
 
     #[test]

@@ -9,7 +9,10 @@
 pub mod account;
 pub mod epw;
 pub mod finding;
+pub mod fuel_map;
+pub mod high_altitude;
 pub mod slope;
+pub mod study_value;
 pub mod unused_column;
 pub mod values;
 

@@ -87,6 +87,15 @@ fn foreign(vehicle: Result<ForeignVehicle, String>, base: &Node) -> Result<Node,
 /// study a stranger's.
 fn unquoted(fault: &Fault, base: &Node) -> Box<Fault> {
     let place = fault.place.as_ref().map_or_else(String::new, Place::label);
+    let ending = base.as_str().map(Path::new).and_then(Path::extension);
+    if let (Cause::Syntax(_), Some(ending)) = (&fault.cause, ending.filter(|end| *end != "toml")) {
+        let message = format!(
+            "{place}: a base is a study in TOML, and this file ends in `.{}`; a vehicle of VECTO or \
+             FASTSim is named by `vehicle.base`",
+            ending.display()
+        );
+        return Fault::new(Cause::File(message)).at(base.any_place());
+    }
     Fault::new(Cause::File(format!("{place}: {}", fault.message()))).at(base.any_place())
 }
 

@@ -290,6 +290,11 @@ pub fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(likeness, _)| *likeness >= 0.5)
         .map(|(_, name)| name)
+        .or_else(|| {
+            // `mass` is part of `curb_mass_kg`
+            let is_part = |name: &&S| name.as_ref().split('_').any(|word| word == wrong);
+            names.iter().find(is_part).map(AsRef::as_ref)
+        })
 }
 
 fn listed<S: AsRef<str>>(names: &[S]) -> String {

@@ -50,6 +50,7 @@ pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
 use crate::given_cycle;
+use crate::intake::{Finding, study_value};
 use crate::sha256;
 use crate::table::Mapping;
 use node::Node;
@@ -80,6 +81,11 @@ impl LoadedStudy {
     /// The files that it may name.
     pub fn files(&self) -> &Files {
         &self.files
+    }
+
+    /// What is unusual in it.
+    pub fn warnings(&self) -> Vec<String> {
+        study_value::judge(&self.model).iter().map(Finding::to_string).collect()
     }
 
     /// The study with more settings, as if [`load`] had met them behind those that it has.

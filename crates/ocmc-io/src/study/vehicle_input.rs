@@ -16,6 +16,7 @@
 use super::error::{Cause, Fault};
 use super::files::Files;
 use super::node::Node;
+use crate::intake::fuel_map::judge as judge_fuel_map;
 use crate::loss_law;
 use crate::table::formats::{ENGINE_CURVES, FUEL_MAP, LOSS_MAP};
 use crate::table::{Mapping, Quantity, Schema, Source, Table, TableError};
@@ -82,6 +83,9 @@ fn engine_files(engine: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
         columns,
     )?;
     if let Some([speed, torque, fuel]) = map {
+        if let Some(finding) = judge_fuel_map(&speed, &torque, &fuel) {
+            return Err(file_fault(engine, &finding));
+        }
         put(engine, &fuel_map(&speed, &torque, &fuel))?;
     }
     if let Some([speed, _, drag]) = curves {

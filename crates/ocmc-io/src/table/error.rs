@@ -244,7 +244,10 @@ pub enum Fault {
     #[error(" is a speed over time: it has a column `{0}`, and none for the position")]
     OverTime(String),
     /// A position, in m, that does not lie behind the one before it.
-    #[error(", {0}: position {1} m does not lie behind the one before it")]
+    #[error(
+        ", {0}: position {1} m does not lie behind the one before it: leave out a point that is \
+         repeated, and sort the others"
+    )]
     Order(RowPlace, f64),
     /// A log whose time stands still.
     #[error(

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct BatteryModel {
     /// Energy of the full store, in J.
-    #[schemars(range(min = 1.0e6, max = 1.0e11))]
+    #[schemars(range(min = 1.0e6, max = 1.0e11), extend("usual" = [1e7, 1e10]))]
     pub capacity_j: f64,
     /// Open-circuit voltage of the empty battery, in V.
     #[schemars(range(min = 10.0, max = 5000.0))]

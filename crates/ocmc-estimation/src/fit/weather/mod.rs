@@ -179,9 +179,11 @@ impl Hours<'_> {
     fn correlate(&mut self, key: &'static str, values: &[f64], into: &mut f64) -> f64 {
         self.estimates.name = key;
         let Some((phi, n)) = self.hourly_correlation(values) else {
-            self.estimates.stays(format_args!(
-                "fewer than {FEWEST} records are an hour apart, or all are the same"
-            ));
+            if self.pairs.len() < FEWEST {
+                self.estimates.stays(format_args!("fewer than {FEWEST} records are an hour apart"));
+            } else {
+                self.estimates.stays("its values are all the same, or too few");
+            }
             return *into;
         };
         let phi = self.remembered(phi);
