@@ -38,6 +38,7 @@ mod given_cycles;
 mod gross_mass;
 mod hints;
 mod identification;
+mod intake;
 mod loads;
 mod logs;
 mod look_ahead;

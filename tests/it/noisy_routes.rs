@@ -10,6 +10,7 @@ use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::random::{Stream, Streams};
 use ocmc_core::study::Study;
 use ocmc_io::given_cycle::account;
+use ocmc_io::intake::FileAccount;
 use ocmc_io::study as studies;
 use std::fmt::Write;
 use std::path::Path;
@@ -105,7 +106,7 @@ fn three_metres_of_scatter_cost_less_than_five_per_cent() {
                 let noise_m = [cycle.noise.positions_m, cycle.noise.altitudes_m];
                 assert!(noise_m.iter().all(|noise_m| (2.2..4.0).contains(noise_m)), "{noise_m:?}");
                 assert!((cycle.length_m / length_m - 1.0).abs() < 0.01, "{}", cycle.length_m);
-                let told = account(&path, &cycle);
+                let told = account(&path, &cycle, FileAccount::default());
                 assert!(told.warnings.is_empty() && told.told.len() == 3, "{told:?}");
                 let part = fuel(&path) / clean;
                 println!(

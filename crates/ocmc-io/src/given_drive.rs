@@ -264,6 +264,12 @@ impl GivenDrive {
         self.read.as_ref()
     }
 
+    /// What was read of all files that are driven.
+    pub fn inputs(&self) -> Vec<FileAccount> {
+        let routes = self.accounts().into_iter().map(|account| account.read);
+        self.read.iter().cloned().chain(routes).collect()
+    }
+
     /// What was read of the routes, and what of it is hardly a road. What cannot be read is said
     /// when the study is made.
     pub fn accounts(&self) -> Vec<Account> {

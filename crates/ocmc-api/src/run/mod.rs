@@ -16,6 +16,7 @@ use ocmc_fleet::precision::InterimChecks;
 use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use ocmc_fleet::uncertainty::Effects;
 use ocmc_io::given_drive::GivenDrive;
+use ocmc_io::intake::FileAccount;
 use ocmc_io::run_directory::{self, RunDirectory, RunStatus, RunSummary, read_manifest};
 use ocmc_io::study::{Files, LoadedStudy, Origin};
 use serde::{Serialize, Serializer};
@@ -77,6 +78,8 @@ pub struct RunAnswer {
     pub resumed: u64,
     /// How it ended.
     pub ended: RunEnd,
+    /// What was read of files that are driven.
+    pub inputs: Vec<FileAccount>,
 }
 
 /// How a run ended.
@@ -266,7 +269,8 @@ fn drive(
         let (status, completed) = (RunStatus::Complete, cycles);
         manifest = Manifest { status, completed, cycles, precision: None, ..manifest };
     }
-    Ok(RunAnswer { resumed, ..RunAnswer::stored(manifest, summary, ended) })
+    let inputs = given.inputs();
+    Ok(RunAnswer { resumed, inputs, ..RunAnswer::stored(manifest, summary, ended) })
 }
 
 /// Drives the study on both sides of its uncertain numbers, where it has some.
@@ -291,7 +295,7 @@ impl RunAnswer {
     /// Of a run that is read back.
     pub(crate) fn stored(manifest: Manifest, summary: RunSummary, ended: RunEnd) -> Self {
         let origin = Origin::BuiltIn(manifest.study.clone());
-        Self { manifest, summary, origin, resumed: 0, ended }
+        Self { manifest, summary, origin, resumed: 0, ended, inputs: Vec::new() }
     }
 
     /// The answer for people, for a terminal of that width.
@@ -302,7 +306,18 @@ impl RunAnswer {
 
 impl Serialize for RunAnswer {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.summary.serialize(serializer)
+        /// The summary, and what was read.
+        #[derive(Serialize)]
+        struct WithInputs<'a> {
+            #[serde(flatten)]
+            summary: &'a RunSummary,
+            inputs: &'a [FileAccount],
+        }
+        // without files the answer is what `summary.json` has
+        if self.inputs.is_empty() {
+            return self.summary.serialize(serializer);
+        }
+        WithInputs { summary: &self.summary, inputs: &self.inputs }.serialize(serializer)
     }
 }
 

@@ -65,13 +65,13 @@ mod tests {
         assert!(judged(&|fuel| fuel[0] = 0.0).is_none(), "cut off while it is motored");
         let text = |change: &dyn Fn(&mut Vec<f64>)| judged(change).unwrap().to_string();
         assert!(
-            text(&|fuel| fuel[1] = -5e-3).contains("955 rpm and 1000 Nm has -18000 g/h"),
+            text(&|fuel| fuel[1] = -5e-3).contains("954.9 rpm and 1,000 Nm has -18,000 g/h"),
             "{}",
             text(&|fuel| fuel[1] = -5e-3)
         );
         assert!(text(&|fuel| fuel[3] = 0.0).contains("no fuel under load"));
         let twice = judge(&[100.0; 2], &[500.0; 2], &[2e-3, 3e-3]).unwrap();
-        assert!(twice.text.contains("twice, with 7200 and 10800 g/h"), "{twice}");
+        assert!(twice.text.contains("twice, with 7,200 and 10,800 g/h"), "{twice}");
         assert!(judge(&[100.0; 2], &[500.0; 2], &[2e-3, 2e-3]).is_none());
     }
 }

@@ -31,6 +31,6 @@ mod tests {
     #[test]
     fn a_high_pass_is_named() {
         assert!(judge([0.0, 2500.0]).is_none() && judge([]).is_none());
-        assert!(judge([100.0, 3100.0]).unwrap().text.contains("3100 m"));
+        assert!(judge([100.0, 3100.0]).unwrap().text.contains("3,100 m"));
     }
 }

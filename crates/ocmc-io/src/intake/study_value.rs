@@ -68,7 +68,7 @@ mod tests {
         let found = judged(&["mission.payload_kg=12"]);
         assert!(found[0].contains("`mission.payload_kg` is 12") && found[0].contains("In t it"));
         let found = judged(&["mission.length_m=300"]);
-        assert!(found[0].contains("In km it would be 300000"), "{found:?}");
+        assert!(found[0].contains("In km it would be 300,000"), "{found:?}");
         assert!(judged(&["mission.payload_kg=0"]).is_empty());
         for BuiltIn { name, .. } in list() {
             let found = judge(&load(name, &[] as &[&str]).unwrap().model);

@@ -11,7 +11,7 @@ pub mod roads;
 use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
 
-use crate::intake::FileAccount;
+use crate::intake::{FileAccount, slope};
 use crate::sha256;
 use crate::table::clock::LogClock;
 use crate::table::error::Fault;
@@ -32,6 +32,9 @@ const FINGERPRINT: usize = 16;
 const LOOKED_AT: usize = 100_000;
 /// Rows of these that may repeat the time of the row before them or go back, in %.
 const MOST_STILL: usize = 99;
+
+/// Longest way between two rows whose slope is judged, in m.
+const LONGEST_STEP_M: f64 = 200.0;
 
 /// What a command needs of a log: one of these quantities.
 pub type Need = &'static [Quantity];
@@ -202,10 +205,22 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     account.findings.extend(clock.finding());
     file.read = account;
     file.drives = drives.finish(&numbers, &whole);
+    let steps: Vec<(f64, f64)> = file.drives.iter().flat_map(sloped_steps).collect();
+    file.read.judged(source.path(), slope::judge(steps))?;
     for need in needs {
         check_numbers(&file, need)?;
     }
     Ok(file)
+}
+
+/// The way of each row of a drive, in m, with its slope.
+fn sloped_steps(drive: &LoggedTrip) -> Vec<(f64, f64)> {
+    let column = |quantity| drive.column(quantity).unwrap_or_default();
+    let [time_s, speed_mps, grade] = [Quantity::Time, Quantity::Speed, Quantity::Grade].map(column);
+    let steps = time_s.windows(2).zip(speed_mps).zip(grade);
+    let way = steps.map(|((time, speed), grade)| ((time[1] - time[0]) * speed, *grade));
+    way.filter(|(way_m, grade)| *way_m > 0.0 && *way_m < LONGEST_STEP_M && grade.is_finite())
+        .collect()
 }
 
 /// Whether all rows of a given table have the same labels.

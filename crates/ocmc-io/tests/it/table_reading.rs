@@ -146,6 +146,6 @@ fn wrong_assignments_are_said() {
     let mapping = [Mapping::parse("yaw_rate_degps=speed_mp").unwrap()];
     let message = open(&LOG, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
     assert!(message.contains("no column `speed_mp` (did you mean `speed_mps`?)"), "{message}");
-    let message = Mapping::parse("speed=speed_mps").unwrap_err().to_string();
-    assert!(message.contains("`speed` has no known unit: allowed are speed_mps"), "{message}");
+    let message = Mapping::parse("limit=speed_mps").unwrap_err().to_string();
+    assert!(message.contains("`limit` has no known unit: allowed are limit_mps"), "{message}");
 }

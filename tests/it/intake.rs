@@ -1,0 +1,208 @@
+//! Small inputs of others with a known truth: each gives its right value within 2 %, or is refused,
+//! or is warned of by words that name the cause.
+
+use crate::others_data::shared;
+use crate::program::ocmc;
+use serde_json::Value;
+use std::path::Path;
+use std::process::Output;
+
+/// What is right for an input.
+enum Right {
+    /// Litres per 100 km.
+    Litres(f64),
+    /// The file is refused, with these words.
+    Refused(&'static str),
+    /// The answer is there, and a warning has these words.
+    Warned(&'static str),
+    /// The answer is there, without a warning of a check, and has these words.
+    Says(&'static str),
+}
+use Right::{Litres, Refused, Says, Warned};
+
+const EXACT: [&str; 6] =
+    ["--follow-speed", "exact", "--study", "field-truck-loaded", "--cycles", "20"];
+const ROUTE: [&str; 4] = ["--study", "field-truck-loaded", "--cycles", "20"];
+
+fn judged(folder: &Path, command: &[&str], file: &str, options: &[&str], right: &Right) {
+    let path = folder.join(file).display().to_string();
+    let arguments: Vec<&str> =
+        command.iter().copied().chain([path.as_str()]).chain(options.iter().copied()).collect();
+    let Output { status, stdout, stderr } = ocmc(&arguments).output().unwrap();
+    let [out, err] = [stdout, stderr].map(|text| String::from_utf8(text).unwrap());
+    match right {
+        Refused(words) => {
+            assert!(!status.success() && err.contains(words), "{file}: {err}");
+        }
+        Warned(words) => {
+            let named = err.lines().any(|line| line.starts_with("warning") && line.contains(words));
+            assert!(status.success() && named, "{file}: {err}");
+        }
+        Says(words) => {
+            assert!(status.success() && (out + &err).contains(words), "{file}: {err}");
+        }
+        Litres(wanted) => {
+            assert!(status.success(), "{file}: {err}");
+            let answer: Value = serde_json::from_str(&out).unwrap();
+            let litres = answer["statistics"]["consumption_l_per_100km"]["mean"].as_f64().unwrap();
+            assert!((litres / wanted - 1.0).abs() < 0.02, "{file}: {litres}, wanted {wanted}");
+        }
+    }
+}
+
+#[test]
+fn drive_cycles() {
+    let Some(folder) = shared("cases") else { return };
+    let options: Vec<&str> = EXACT.into_iter().chain(["--json", "--quiet"]).collect();
+    for (file, right) in [
+        ("c01_ratio.csv", Litres(107.4)),
+        ("c01_grad.csv", Litres(107.4)),
+        ("c01_slope.csv", Litres(107.4)),
+        ("c01_header_bracket.csv", Litres(107.4)),
+        ("c01_header_deg.csv", Litres(107.4)),
+        ("c01_percent_in_grade.csv", Refused("`grade_percent`")),
+        ("c01_small_percent_in_grade.csv", Refused("`grade_percent`")),
+        ("c06_t1.csv", Litres(30.3)),
+        ("c36_t_v_in_mps.csv", Refused("--map speed_mps=v")),
+        ("c41_epa_style.csv", Litres(30.3)),
+        ("c41_paren.csv", Litres(43.7)),
+        ("c41_german.csv", Litres(110.2)),
+        ("c35_too_fast.csv", Says("\"saturation\": {")),
+    ] {
+        judged(&folder, &["drive"], file, &options, &right);
+    }
+}
+
+#[test]
+fn routes_and_tracks() {
+    let Some(folder) = shared("cases") else { return };
+    for (file, right) in [
+        ("c18_pass.csv", Warned("high-altitude")),
+        ("c19_tunnel.csv", Refused("the value at 8000 m")),
+        ("c19_zero_spike.csv", Refused("the value at 9975 m")),
+        ("c11_route_thousand_points.csv", Refused("the road is 20 m long")),
+        ("c34_track.gpx", Refused("GPSBabel")),
+        ("c34_track.geojson", Refused("ogr2ogr")),
+    ] {
+        judged(&folder, &["drive"], file, &ROUTE, &right);
+    }
+}
+
+#[test]
+fn times_of_logs() {
+    let Some(folder) = shared("cases") else { return };
+    for (file, right) in [
+        ("c08_whole_seconds.csv.gz", Says("5 curves")),
+        ("c08_back.csv", Refused("row 1500")),
+        ("c09_iso_z.csv.gz", Says("5 curves")),
+        ("c09_local_autumn.csv.gz", Says("5 curves")),
+        ("c10_units_row_suffix.csv", Says("5 curves")),
+        ("c11_semicolon_comma.csv.gz", Refused("decimal point")),
+    ] {
+        judged(&folder, &["curves"], file, &[], &right);
+    }
+}
+
+#[test]
+fn weather_of_services() {
+    let Some(folder) = shared("cases") else { return };
+    for (file, right) in [
+        ("c12_wind_99_0.csv.gz", Refused("stands for a missing value")),
+        ("c12_missing999.csv.gz", Refused("line 102")),
+        ("c12_made_up.epw.gz", Says("wind.mean_speed_mps                           3.9")),
+        ("c12_dwd_like.csv.gz", Says("temperature.mean_k                             281.")),
+        ("c12_hour24.csv.gz", Says("8760 hours over 1.0 years")),
+        ("c12_local_dst.csv.gz", Says("summer and standard time")),
+    ] {
+        judged(&folder, &["fit", "weather"], file, &[], &right);
+    }
+}
+
+#[test]
+fn points_of_fuel_maps() {
+    let Some(folder) = shared("cases") else { return };
+    let scratch = tempfile::tempdir().unwrap();
+    // the tables of a truck have moved into that of its powertrain since these were written
+    let study = |text: &str| {
+        let text = text.replace("[vehicle.engine]", "[vehicle.powertrain.combustion.engine]");
+        text.replace("\"c28", &format!("\"{}/c28", folder.display()))
+    };
+    let whole = std::fs::read_to_string(folder.join("s_c28_map.toml")).unwrap();
+    for (name, map, right) in [
+        ("whole", "c28_map.csv", Says("a valid study")),
+        ("negative", "c28_map_negative.csv", Refused("-24,957 g/h, below 0")),
+        ("twice", "c28_map_dup.csv", Refused("there twice, with 24,957 and 9,999 g/h")),
+        ("zero", "c28_map_one_point_zero.csv", Refused("no fuel under load")),
+        ("gap", "c28_map_row_gone.csv", Says("a valid study")),
+    ] {
+        let file = format!("{name}.toml");
+        let text = study(&whole.replace("c28_map.csv", map));
+        std::fs::write(scratch.path().join(&file), text).unwrap();
+        judged(scratch.path(), &["study", "check"], &file, &[], &right);
+    }
+}
+
+/// A file of a minute at a speed on 3 %, under these names.
+fn written(folder: &Path, name: &str, text: &str) -> String {
+    std::fs::write(folder.join(name), text).unwrap();
+    name.to_owned()
+}
+
+#[test]
+fn columns_under_other_names_are_read_or_named() {
+    let scratch = tempfile::tempdir().unwrap();
+    let options: Vec<&str> = EXACT.into_iter().chain(["--json", "--quiet"]).collect();
+    let rows = |names: &str, speed: f64, slope: f64| {
+        let mut text = format!("{names}\n");
+        for second in 0..=600 {
+            let share = f64::from(second.min(40)) / 40.0;
+            text += &format!("{second},{},{slope}\n", 20.0 * share * speed);
+        }
+        text
+    };
+    let name = written(scratch.path(), "own.csv", &rows("time_s,speed_mps,grade", 1.0, 0.03));
+    let path = scratch.path().join(name).display().to_string();
+    let arguments: Vec<&str> = ["drive", &path].into_iter().chain(options.clone()).collect();
+    let answer: Value = serde_json::from_slice(&ocmc(&arguments).output().unwrap().stdout).unwrap();
+    let litres = answer["statistics"]["consumption_l_per_100km"]["mean"].as_f64().unwrap();
+    let degrees = 0.03_f64.atan().to_degrees();
+    for (k, (names, speed, slope, right)) in [
+        ("time_s,speed_mps,slope_percent", 1.0, 3.0, Litres(litres)),
+        ("time_s,speed_mps,grade_deg", 1.0, degrees, Litres(litres)),
+        ("time_s,speed_mps,road_grade [%]", 1.0, 3.0, Litres(litres)),
+        ("Time (s),Speed (km/h),Grade (%)", 3.6, 3.0, Litres(litres)),
+        ("time / s,speed / km/h,grade / %", 3.6, 3.0, Litres(litres)),
+        ("Temps (s),Vitesse (km/h),Pente (%)", 3.6, 3.0, Litres(litres)),
+        ("Tid [s],Hastighet [km/h],Lutning [%]", 3.6, 3.0, Litres(litres)),
+        ("Tiempo [s],Velocidad [km/h],Pendiente [%]", 3.6, 3.0, Litres(litres)),
+        ("time_s,speed_mps,uphill", 1.0, 0.03, Warned("unused-column")),
+        ("time_s,speed_mph,grade", 1.0, 3.0, Refused("slope-scale")),
+        ("time_s,speed,grade", 1.0, 0.03, Refused("`speed` has no known unit")),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let file = written(scratch.path(), &format!("{k}.csv"), &rows(names, speed, slope));
+        judged(scratch.path(), &["drive"], &file, &options, &right);
+    }
+    // altitudes instead of a slope
+    let mut text = "time_s,speed_mps,altitude_m\n".to_owned();
+    let mut way_m = 0.0;
+    for second in 0..=600 {
+        let speed = 20.0 * f64::from(second.min(40)) / 40.0;
+        text += &format!("{second},{speed},{:.3}\n", 100.0 + way_m * 0.03 / 1.0009_f64.sqrt());
+        way_m += 0.5 * (speed + 20.0 * f64::from((second + 1).min(40)) / 40.0);
+    }
+    let file = written(scratch.path(), "altitude.csv", &text);
+    judged(scratch.path(), &["drive"], &file, &options, &Litres(litres));
+}
+
+#[test]
+fn settings_without_an_effect_and_unusual_numbers_are_named() {
+    let Some(folder) = shared("cases") else { return };
+    let with = |set: &'static str| EXACT.into_iter().chain(["--set", set]).collect::<Vec<_>>();
+    let file = "c01_ratio.csv";
+    let without = Warned("setting-without-effect");
+    judged(&folder, &["drive"], file, &with("driver.speed_limit.compliance=0.9"), &without);
+    judged(&folder, &["drive"], file, &with("mission.payload_kg=12"), &Warned("In t it would be"));
+}
