@@ -206,3 +206,24 @@ fn settings_without_an_effect_and_unusual_numbers_are_named() {
     judged(&folder, &["drive"], file, &with("driver.speed_limit.compliance=0.9"), &without);
     judged(&folder, &["drive"], file, &with("mission.payload_kg=12"), &Warned("In t it would be"));
 }
+
+#[test]
+fn cycles_by_corners_are_driven_between_them() {
+    let Some(folder) = shared("cases") else { return };
+    for (study, follow, files, within) in [
+        ("regional", "exact", ["c07_cbd_breakpoints.csv", "c07_cbd_tenth.csv"], 0.005),
+        ("field-truck-loaded", "exact", ["c07_cbd_breakpoints.csv", "c07_cbd_tenth.csv"], 0.005),
+        ("field-truck-loaded", "exact", ["c07_saw10.csv", "c07_saw1.csv"], 0.01),
+        ("field-truck-loaded", "driver", ["c07_saw10.csv", "c07_saw1.csv"], 0.01),
+    ] {
+        let [corners, rows] = files.map(|file| {
+            let path = folder.join(file).display().to_string();
+            let drive = ["drive", &path, "--follow-speed", follow, "--study", study];
+            let output =
+                ocmc(&drive).args(["--cycles", "20", "--json", "--quiet"]).output().unwrap();
+            let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+            answer["statistics"]["consumption_l_per_100km"]["mean"].as_f64().unwrap()
+        });
+        assert!((corners / rows - 1.0).abs() < within, "{study} {follow}: {corners} {rows}");
+    }
+}

@@ -7,6 +7,8 @@ use thiserror::Error;
 pub(super) const SHORTEST_STEP_S: f64 = 1e-3;
 /// Points that are closer than [`SHORTEST_STEP_S`] and differ by less than this, in m/s, are one.
 const SAME_SPEED_MPS: f64 = 0.01;
+/// Relative rounding of times.
+const ROUNDING: f64 = 1e-6;
 /// Longest step of a moving vehicle, in s.
 const LONGEST_STEP_S: f64 = 3600.0;
 /// Longest rest, in s: what a file of a road allows, too.
@@ -134,6 +136,49 @@ impl DriveCycle {
         self
     }
 
+    /// Longest step in which the vehicle moves, in s.
+    pub fn longest_moving_step_s(&self) -> f64 {
+        let steps = self.steps().filter(|step| step.speed.distance_m() > 0.0);
+        steps.fold(0.0, |longest, step| longest.max(step.speed.dt_s))
+    }
+
+    /// The same cycle with steps of at most `longest_s` in which the vehicle moves: a point that is
+    /// further behind the one before gets points between, at equal times, with the speed straight
+    /// between them. A rest stays one step: nothing depends on its length but linearly.
+    #[must_use]
+    pub fn refined(&self, longest_s: f64) -> Self {
+        if self.longest_moving_step_s() <= longest_s * (1.0 + ROUNDING) {
+            return self.clone();
+        }
+        let mut fine = Self {
+            time_s: self.time_s[..1].to_vec(),
+            speed_mps: self.speed_mps[..1].to_vec(),
+            slope: self.slope[..1].to_vec(),
+            gear: self.gear.iter().take(1).copied().collect(),
+        };
+        for k in 1..self.time_s.len() {
+            let (from_s, to_s) = (self.time_s[k - 1], self.time_s[k]);
+            let (from_mps, to_mps) = (self.speed_mps[k - 1], self.speed_mps[k]);
+            let moves = from_mps > 0.0 || to_mps > 0.0;
+            let parts = libm::ceil((to_s - from_s) / longest_s - ROUNDING).max(1.0);
+            let parts = if moves { parts } else { 1.0 };
+            let mut part = 1.0;
+            while part <= parts {
+                let share = part / parts;
+                // the last one is the point itself, to the bit
+                let between = |from: f64, to: f64| {
+                    if part < parts { from + share * (to - from) } else { to }
+                };
+                fine.time_s.push(between(from_s, to_s));
+                fine.speed_mps.push(between(from_mps, to_mps));
+                fine.slope.push(self.slope[k]);
+                fine.gear.extend(self.gear.get(k));
+                part += 1.0;
+            }
+        }
+        fine
+    }
+
     /// What is said of the gears, an order for each point; empty where nothing is.
     pub fn gears(&self) -> &[GearOrder] {
         &self.gear
@@ -199,5 +244,24 @@ mod tests {
             let error = cycle(&time_s, &speed_mps).unwrap_err().to_string();
             assert!(error.contains("time since the point before"), "{error}");
         }
+    }
+
+    #[test]
+    fn points_far_apart_get_points_between_them_and_rests_none() {
+        let cycle = DriveCycle::new(
+            vec![0.0, 10.0, 12.5, 13.0, 113.0],
+            vec![0.0, 15.0, 15.0, 0.0, 0.0],
+            vec![0.0, 0.01, 0.02, 0.0, 0.0],
+        );
+        let cycle = cycle.unwrap();
+        let fine = cycle.refined(1.0);
+        assert_eq!(fine.points().count(), 1 + 10 + 3 + 1 + 1);
+        let [time_s, speed_mps, slope] = fine.points().nth(4).unwrap();
+        assert_eq!((time_s, speed_mps, slope), (4.0, 6.0, 0.01));
+        let way_m =
+            |cycle: &DriveCycle| -> f64 { cycle.steps().map(|step| step.speed.distance_m()).sum() };
+        assert!((way_m(&fine) - way_m(&cycle)).abs() < 1e-9);
+        assert_eq!((fine.duration_s(), fine.longest_moving_step_s()), (113.0, 1.0));
+        assert_eq!(fine.refined(1.0), fine);
     }
 }

@@ -60,7 +60,9 @@ pub fn read_with_account(
     mappings: &[Mapping],
 ) -> Result<(GivenCycle, FileAccount), TableError> {
     let (cycle, mut account) = read_unjudged(path, mappings)?;
-    let points = cycle.altitude.windows(2);
+    // what altitudes say is looked at where they are read
+    let has_slope = account.columns.iter().any(|column| column.quantity.starts_with("grad"));
+    let points = cycle.altitude.windows(2).filter(|_| has_slope);
     let slopes = points.map(|pair| {
         let way_m = pair[1].0 - pair[0].0;
         (way_m, if way_m > 0.0 { (pair[1].1 - pair[0].1) / way_m } else { 0.0 })

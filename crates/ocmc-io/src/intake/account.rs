@@ -55,6 +55,9 @@ impl FileAccount {
 
     /// What was read, in a few lines: rows and columns, then what was mended.
     pub fn told(&self) -> Vec<String> {
+        if self.columns.is_empty() {
+            return Vec::new();
+        }
         let file = &self.file;
         let column = |column: &ReadColumn| {
             let ReadColumn { name, quantity, unit } = column;

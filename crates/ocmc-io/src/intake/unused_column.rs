@@ -1,6 +1,8 @@
 //! Columns that are not used although their reader uses all that it knows.
 
 use super::Finding;
+use crate::table::Quantity;
+use crate::table::formats::LOG;
 
 /// Name of the check.
 const NAME: &str = "unused-column";
@@ -19,12 +21,23 @@ const WITHOUT_EFFECT: [&str; 12] = [
     "phase",
     "gear",
 ];
+/// A column of a trace of this program, which has many that follow from the drive.
+const OF_A_TRACE: &str = "desired_speed_mps";
+/// Quantities of a log that a cycle would take.
+const SLOPES: [Quantity; 3] = [Quantity::Grade, Quantity::Gradient, Quantity::Altitude];
 /// Beginnings of such names: auxiliaries, engine and wind of VECTO's cycles.
 const BEGINNINGS: [&str; 6] = ["aux_", "padd", "vair", "n_eng", "pe_", "unnamed"];
 
 /// Looks at the columns that were left out; `allowed` are the names that are read.
 pub fn judge(left_out: &[String], allowed: &str) -> Option<Finding> {
+    if left_out.iter().any(|name| name == OF_A_TRACE) {
+        return None;
+    }
     let matters = |name: &&String| {
+        // what logs and traces have besides is known, and has no part in a cycle
+        if LOG.means(name).is_some_and(|quantity| !SLOPES.contains(&quantity)) {
+            return false;
+        }
         let name = name.to_lowercase();
         let name = name.trim_matches(['<', '>']);
         !name.is_empty()
