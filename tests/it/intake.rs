@@ -227,3 +227,56 @@ fn cycles_by_corners_are_driven_between_them() {
         assert!((corners / rows - 1.0).abs() < within, "{study} {follow}: {corners} {rows}");
     }
 }
+
+#[test]
+fn trips_and_curves_that_cannot_be_are_left_out_and_named() {
+    let Some(folder) = shared("cases") else { return };
+    for (file, right) in [
+        ("c14_outlier.csv", Warned("first 3000 in line 162")),
+        ("c14_outlier.csv", Says("mean over trucks and drivers 31.87")),
+        ("c14_negative.csv", Warned("first -30 in line 162")),
+        ("c14_negative.csv", Says("mean over trucks and drivers 31.78")),
+        ("c14_one_truck.csv", Refused("allowed are two trucks or more")),
+        ("c14_singletons.csv", Refused("do not repeat")),
+        ("c14_zero_between.csv", Says("mean over trucks and drivers 30.00")),
+        ("c14_all_equal.csv", Refused("they have to differ")),
+    ] {
+        judged(&folder, &["fit", "fleet"], file, &[], &right);
+    }
+    for file in ["c42_dates.csv", "c42_leap_month.csv"] {
+        let mean = Says("mean over trucks and drivers 31.78");
+        judged(&folder, &["fit", "fleet"], file, &["--month"], &mean);
+    }
+    for (file, right) in [
+        ("c15_outlier_kmh_as_mps.csv", Warned("first 625.0 m/s² in line 202")),
+        ("c15_outlier_kmh_as_mps.csv", Says("200 of 201 curves")),
+        ("c15_singletons.csv", Refused("one curve a driver")),
+        ("c15_one_radius.csv", Refused("the same radius")),
+        ("c15_radius_by_driver.csv", Refused("the same in all curves of a driver")),
+    ] {
+        judged(&folder, &["fit", "curve-speed"], file, &[], &right);
+    }
+}
+
+#[test]
+fn long_trips_count_more_where_their_length_is_known() {
+    let scratch = tempfile::tempdir().unwrap();
+    // truck a is thirsty on short trips alone: by distance it is the better one
+    let mut text = "truck_id,consumption_l_per_100km,distance_km\n".to_owned();
+    for k in 0..12 {
+        let noise = f64::from(k % 3) * 0.1;
+        text += &format!("a,{},2\na,{},200\n", 40.0 + noise, 29.0 + noise);
+        text += &format!("b,{},2\nb,{},200\n", 31.0 + noise, 32.0 + noise);
+    }
+    let file = written(scratch.path(), "trips.csv", &text);
+    let path = scratch.path().join(&file).display().to_string();
+    let first = |options: &[&str]| {
+        let output = ocmc(&["fit", "fleet", &path, "--json"]).args(options).output().unwrap();
+        let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        answer["leagues"][0]["members"][0]["label"].as_str().unwrap().to_owned()
+    };
+    assert_eq!([first(&[]), first(&["--weight", "none"])], ["a", "b"]);
+    let said = Says("Trips count by distance_km");
+    judged(scratch.path(), &["fit", "fleet"], &file, &[], &said);
+    judged(scratch.path(), &["fit", "fleet"], &file, &["--weight", "none"], &Says("counts once"));
+}

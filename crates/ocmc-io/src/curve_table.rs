@@ -1,10 +1,15 @@
 //! Tables of measured curves, one row a curve, as `ocmc curves` writes them.
 
-use crate::intake::FileAccount;
+use crate::intake::{FileAccount, Finding};
+use crate::number_text::{count_of, rounded};
 use crate::table::formats::CURVES;
+use crate::table::given::RowPlace;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::curve_speed::CurveTable;
 use ocmc_estimation::log::surroundings::Surroundings;
+
+/// Lateral acceleration that no road vehicle has, in m/s²: tyres of racing cars reach it.
+const MOST_LATERAL_MPS2: f64 = 15.0;
 
 /// Reads a table of curves.
 ///
@@ -24,10 +29,17 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<(CurveTable, FileAcc
         around: both_gaps.then(Vec::new),
         ..CurveTable::default()
     };
-    let account = file.for_each(|row| {
+    let mut impossible: Vec<(RowPlace, f64)> = Vec::new();
+    let mut account = file.for_each(|row| {
         table.driver.push(row.text(Quantity::Driver).to_owned());
         let mut radius_m = row.number(Quantity::Radius)?;
-        table.speed_mps.push(row.number(Quantity::Speed)?);
+        let speed_mps = row.number(Quantity::Speed)?;
+        let lateral_mps2 = speed_mps * speed_mps / radius_m;
+        if lateral_mps2 > MOST_LATERAL_MPS2 {
+            impossible.push((row.place(), lateral_mps2));
+            radius_m = f64::NAN;
+        }
+        table.speed_mps.push(speed_mps);
         if let Some(left) = &mut table.left {
             left.push(match row.text(Quantity::Direction).to_ascii_lowercase().as_str() {
                 "left" => true,
@@ -61,5 +73,16 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<(CurveTable, FileAcc
         table.radius_m.push(radius_m);
         Ok(())
     })?;
+    if let Some((place, lateral_mps2)) = impossible.first() {
+        let text = format!(
+            "{} driven at more than {MOST_LATERAL_MPS2} m/s² to the side, left out, first {} m/s² in \
+             {place}",
+            count_of(impossible.len() as u64, "curve"),
+            rounded(*lateral_mps2)
+        );
+        let figures = [*lateral_mps2, MOST_LATERAL_MPS2];
+        let remedy = "no road vehicle does that: correct the row, or the unit of the speed";
+        account.findings.push(Finding::warned("impossible-curve", figures, text, remedy));
+    }
     Ok((table, account))
 }

@@ -1,10 +1,29 @@
 //! Records of a fleet, one row a trip: which truck, which driver, and the quantity that is
 //! compared.
 
-use crate::intake::FileAccount;
+use crate::intake::{FileAccount, trip};
+use crate::table::date;
 use crate::table::formats::FLEET;
-use crate::table::{Mapping, Quantity, Source, Table, TableError};
+use crate::table::{Mapping, Quantity, Row, Source, Table, TableError};
 use ocmc_estimation::fit::fleet::FleetTable;
+
+/// Names of a column with the distance of a trip.
+const DISTANCES: [&str; 14] = [
+    "distance_m",
+    "distance_km",
+    "distance",
+    "trip_distance_km",
+    "trip_length_km",
+    "length_km",
+    "length_m",
+    "driven_km",
+    "mileage_km",
+    "mileage",
+    "km",
+    "kilometres",
+    "kilometers",
+    "strecke_km",
+];
 
 /// What `outcome` says of a trip that arrived.
 const COMPLETED: &str = "completed";
@@ -31,8 +50,9 @@ pub fn read(
     mappings.extend(assign("weight", weight)?);
     let file = Table::open(source, &FLEET, &mappings)?;
     file.need(&[Quantity::Truck])?;
+    let dated = month && file.column(Quantity::Departure).is_none();
     if month {
-        file.need(&[Quantity::Departure])?;
+        file.need_any("departure", &[Quantity::Departure, Quantity::Date])?;
     }
     let has = |quantity: Quantity| file.column(quantity).map(|_| Vec::new());
     let mut table = FleetTable {
@@ -40,28 +60,64 @@ pub fn read(
         // a column that is called so and is not asked for counts nothing
         weight: has(Quantity::Weight)
             .filter(|_| weight.is_some() || assigned.contains_key("weight")),
-        departure_s_of_year: has(Quantity::Departure).filter(|_| month),
+        departure_s_of_year: month.then(Vec::new),
         completed: file.column(Quantity::Outcome).map(|_| Vec::new()),
         ..FleetTable::default()
     };
-    let account = file.for_each(|row| {
+    let (mut trips, mut impossible) = (Vec::new(), Vec::new());
+    let mut account = file.for_each(|row| {
         table.truck.push(row.text(Quantity::Truck).to_owned());
         if let Some(driver) = &mut table.driver {
             driver.push(row.text(Quantity::Driver).to_owned());
         }
-        table.value.push(row.number(Quantity::Response)?);
+        let value = row.number(Quantity::Response)?;
+        let possible = trip::is_possible(column, value);
+        trips.push((row.place(), value));
+        if !possible {
+            impossible.push((row.place(), value));
+        }
+        table.value.push(if possible { value } else { f64::NAN });
         if let Some(weight) = &mut table.weight {
             weight.push(row.number(Quantity::Weight)?);
         }
         if let Some(departure) = &mut table.departure_s_of_year {
-            departure.push(row.number(Quantity::Departure)?);
+            departure.push(if dated { date_of(row)? } else { row.number(Quantity::Departure)? });
         }
         if let Some(completed) = &mut table.completed {
             completed.push(row.text(Quantity::Outcome) == COMPLETED);
         }
         Ok(())
     })?;
+    trips.retain(|(_, value)| trip::is_possible(column, *value));
+    account.findings.extend(trip::impossible(column, &impossible));
+    account.findings.extend(trip::far(column, &trips));
     Ok((table, account))
+}
+
+/// The time of a date since the beginning of its year, in s; NaN of an empty cell.
+fn date_of(row: &Row) -> Result<f64, TableError> {
+    let text = row.text(Quantity::Date);
+    if text.is_empty() {
+        return Ok(f64::NAN);
+    }
+    let second = date::second_of_year(text);
+    second
+        .ok_or_else(|| row.refuse(Quantity::Date, "a date such as 2024-03-01 or 2024-03-01T14:00"))
+}
+
+/// The column with the distance of each trip, where there is one.
+///
+/// # Errors
+/// As [`read`].
+pub fn distance_column(source: Source, mappings: &[Mapping]) -> Result<Option<String>, TableError> {
+    let file = Table::open(source, &FLEET, mappings)?;
+    let is_distance = |name: &&String| DISTANCES.contains(&name.to_lowercase().as_str());
+    Ok(file.names().iter().find(is_distance).cloned())
+}
+
+/// Whether a column is an amount over the distance, of which longer trips know more.
+pub fn is_over_distance(column: &str) -> bool {
+    ["per_100km", "per_km", "per_m", "per_100tkm"].iter().any(|end| column.ends_with(end))
 }
 
 #[cfg(test)]

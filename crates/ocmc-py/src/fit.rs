@@ -347,7 +347,8 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 ///     one, ``consumption_kwh_per_km``.
 /// weight : str, optional
 ///     The column that says how much a trip counts, such as ``distance_m``: the variance of a trip is
-///     inverse to it.
+///     inverse to it. ``"none"``: each counts once; by default the distance, where it is there and
+///     the column is an amount over the distance.
 /// own_drivers : bool
 ///     Drivers are numbered within each truck.
 /// month : bool

@@ -10,7 +10,7 @@ use ocmc_estimation::fit::fleet::{
     Best, Expected, FleetDesign, FleetFit, FleetOptions, FleetTable, League, TellingApart,
     VarianceComponent, fit,
 };
-use ocmc_io::fleet_table;
+use ocmc_io::fleet_table::{self, is_over_distance};
 use ocmc_io::intake::FileAccount;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, percent, rounded};
@@ -58,6 +58,9 @@ pub struct FleetAnswer {
     pub significance: f64,
 }
 
+/// The weight that is none.
+const NO_WEIGHT: &str = "none";
+
 /// Fits the records of a fleet: variance components, leagues, power, and the year to come.
 ///
 /// ```
@@ -94,7 +97,18 @@ pub fn fit_fleet(request: &FleetRequest) -> Result<FleetAnswer, Error> {
         _ => None,
     };
     let records = of_run.as_ref().unwrap_or(records);
+    let distance = match weight.as_deref() {
+        None => fleet_table::distance_column(records.lent(), mappings)?,
+        Some(_) => None,
+    };
+    // of an amount over the distance a long trip knows more than a short one
+    let weight_of = |column: &str| match weight.as_deref() {
+        Some(NO_WEIGHT) => None,
+        None if is_over_distance(column) => distance.clone(),
+        given => given.map(str::to_owned),
+    };
     let read = |column: &str| {
+        let weight = weight_of(column);
         fleet_table::read(records.lent(), mappings, column, weight.as_deref(), options.month)
     };
     let (column, (rows, read)) = match column {
@@ -103,7 +117,7 @@ pub fn fit_fleet(request: &FleetRequest) -> Result<FleetAnswer, Error> {
     };
     let fit = fit(&rows, options).map_err(|error| no_fit(records.path(), error))?;
     let FleetOptions { differ, power, significance, .. } = *options;
-    let weight = weight.clone();
+    let weight = weight_of(&column);
     Ok(FleetAnswer { column, weight, fit, inputs: vec![read], differ, power, significance })
 }
 
@@ -215,8 +229,10 @@ impl FleetAnswer {
         let width = if self.fit.design == FleetDesign::TruckAndDriver { 37 } else { 17 };
         let rows = self.fit.components.iter().map(row);
         let weighted = match &self.weight {
-            Some(weight) => format!("The SD between trips is that of a trip of mean {weight}.\n"),
-            None => String::new(),
+            Some(weight) => format!(
+                "Trips count by {weight}; the SD between trips is that of a trip of mean {weight}.\n"
+            ),
+            None => "Each trip counts once.\n".to_owned(),
         };
         format!("\n{}{weighted}", table(&[width, 9, 9, 9, 19, 11, 13], &head, rows))
     }

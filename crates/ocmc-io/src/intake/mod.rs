@@ -13,6 +13,7 @@ pub mod fuel_map;
 pub mod high_altitude;
 pub mod slope;
 pub mod study_value;
+pub mod trip;
 pub mod unused_column;
 pub mod values;
 

@@ -58,6 +58,13 @@ pub(super) fn day_of_year(time_s: f64) -> f64 {
     f64::from(day - 1) + (time_s - whole * DAY_S) / DAY_S
 }
 
+/// Time since the beginning of its year, in s, of a date with or without a time.
+pub(crate) fn second_of_year(text: &str) -> Option<f64> {
+    let whole_day = || stamp(text.trim(), "00:00", None);
+    let (time_s, _) = parse(text).or_else(whole_day)?;
+    Some(day_of_year(time_s) * DAY_S)
+}
+
 /// Whether a time since 1900, in s, lies in the night in which clocks change: the first hours of a
 /// Sunday from September to November, or from March to May.
 pub(super) fn may_change_clocks(time_s: f64) -> bool {

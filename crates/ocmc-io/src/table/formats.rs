@@ -145,6 +145,10 @@ pub const FLEET: Schema = Schema {
         Field::of(Q::Response),
         Field::of(Q::Weight),
         Field::named(Q::Departure, &[("s", &["departure_s_of_year"])]),
+        Field::named(
+            Q::Date,
+            &[("", &["departure", "date", "start", "start_time", "departure_time"])],
+        ),
         Field::of(Q::Outcome),
     ],
 };

@@ -121,7 +121,11 @@ pub enum CurveSpeedFitError {
         dropped: Dropped,
     },
     /// Fewer curves than the model needs.
-    #[error("{curves} curves of {drivers} drivers are too few; allowed are {needed} or more")]
+    #[error(
+        "{curves} curves of {drivers} drivers are too few{}; allowed are {needed} or more of as many \
+         drivers",
+        one_each(*curves, *drivers)
+    )]
     TooFewCurves {
         /// Curves that take part.
         curves: usize,
@@ -146,6 +150,11 @@ pub enum CurveSpeedFitError {
         "nothing says how far the curves are from others: columns gap_before_m and gap_after_m, as `ocmc curves` writes them"
     )]
     NoGaps,
+}
+
+/// The reason where each driver has one curve.
+fn one_each(curves: usize, drivers: usize) -> &'static str {
+    if curves == drivers { ": one curve a driver does not part drivers from curves" } else { "" }
 }
 
 /// Reasons and rows in words, such as `: 3 radius_too_large, 1 missing_value`.
