@@ -31,7 +31,7 @@ fn number(value: &Value) -> f64 {
 /// Six trucks with two drivers each and five trips of each pair; the levels of trucks are 0, 5, 4,
 /// … 1, those of drivers ±0.5, those of trips -1 to 1.
 fn table() -> String {
-    let mut text = String::from("truck_id,driver_id,consumption_l_per_100km,km\n");
+    let mut text = String::from("truck_id,driver_id,consumption_l_per_100km,size\n");
     for truck in 0..6 {
         for driver in 0..2 {
             for trip in 0..5 {
@@ -93,9 +93,9 @@ fn a_table_is_answered_in_text_and_json() {
     let wide = json(&[path, "--differ", "10%"]);
     let difference = number(&wide["telling_apart"][0]["difference"]);
     assert!((difference - 3.25).abs() < 1e-9, "{difference}");
-    assert_eq!(json(&[path, "--weight", "km"])["weight"], "km");
+    assert_eq!(json(&[path, "--weight", "size"])["weight"], "size");
     assert_eq!(json(&[path, "--next-trips", "7"])["next_year"]["fleet"]["trips"], 42);
-    let alone = json(&[path, "--column", "km"]);
+    let alone = json(&[path, "--column", "size"]);
     assert_eq!(alone["components"][0]["sd"], 0.0);
     assert!(alone["components"][0]["standard_error"].is_null());
 }
@@ -158,7 +158,7 @@ fn electric_trucks_are_compared_by_their_electricity() {
     let fuel = json(&[&written(directory.path(), "fuel.csv", &table())]);
     assert_eq!(fuel["column"], "consumption_l_per_100km");
     // a column of fuel without a number, as in a run of electric trucks
-    let empty = "truck_id,driver_id,consumption_kwh_per_km,km,consumption_l_per_100km";
+    let empty = "truck_id,driver_id,consumption_kwh_per_km,size,consumption_l_per_100km";
     let electric: String = (table().lines().enumerate())
         .map(|(k, line)| if k == 0 { format!("{empty}\n") } else { format!("{line},\n") })
         .collect();

@@ -15,7 +15,7 @@ use ocmc_core::operating_cycle::road::route_noise::{
     LEAST_NOISE_M, noise_of_values, smooth_altitudes,
 };
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
-use ocmc_core::prescribed::DriveCycle;
+use ocmc_core::prescribed::{CycleStep, DriveCycle};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -196,7 +196,32 @@ pub fn to_csv(cycle: &DriveCycle) -> String {
     text
 }
 
-/// The drive cycle as a route for a driver: the mean speed of each step is the limit on its stretch
+/// Steps that follow each other.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stretch {
+    time_s: f64,
+    way_m: f64,
+    climb_m: f64,
+}
+
+impl Stretch {
+    fn add(&mut self, step: &CycleStep) {
+        let way_m = step.speed.distance_m();
+        self.time_s += step.speed.dt_s;
+        self.way_m += way_m;
+        self.climb_m += step.slope * way_m;
+    }
+
+    /// Mean speed in m/s and slope; of a single step its own, to the bit.
+    fn means(&self, last: &CycleStep) -> (f64, f64) {
+        if self.time_s == last.speed.dt_s {
+            return (last.speed.mean_mps(), last.slope);
+        }
+        (self.way_m / self.time_s, self.climb_m / self.way_m)
+    }
+}
+
+/// The drive cycle as a route for a driver: the mean speed of each second is the limit on its stretch
 /// of road, a standstill is a stop, half a metre inside the road where it is at one of its ends.
 ///
 /// # Errors
@@ -207,16 +232,27 @@ pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, TableErro
     let mut stops = Track::empty("stop_sign_s", Rule::Event);
     let mut position_m = 0.0;
     let mut rests = Vec::new();
-    for step in cycle.steps() {
-        let way_m = step.speed.distance_m();
-        if way_m <= 0.0 {
+    // a driver sees as much of a cycle of 10 Hz, or by corners, as of one of 1 Hz
+    let mut stretch = Stretch::default();
+    let mut steps = cycle.steps().peekable();
+    while let Some(step) = steps.next() {
+        if step.speed.distance_m() <= 0.0 {
             rests.push((position_m, step.speed.dt_s));
             continue;
         }
-        // a driver cannot be asked for less than walking pace
-        limits.push(position_m, step.speed.mean_mps().max(1.0));
-        grades.push(position_m, step.slope);
-        position_m += way_m;
+        stretch.add(&step);
+        let goes_on = steps.peek().is_some_and(|next| {
+            next.speed.distance_m() > 0.0
+                && stretch.time_s + next.speed.dt_s <= LONGEST_STEP_S * (1.0 + 1e-6)
+        });
+        if !goes_on {
+            // a driver cannot be asked for less than walking pace
+            let (mean_mps, slope) = stretch.means(&step);
+            limits.push(position_m, mean_mps.max(1.0));
+            grades.push(position_m, slope);
+            position_m += stretch.way_m;
+            stretch = Stretch::default();
+        }
     }
     // a rest is one step, however many rows it has
     for (at_m, rest_s) in rests.into_iter().filter(|rest| rest.1 >= STOP_S) {

@@ -7,7 +7,7 @@ use crate::table::given::RowPlace;
 /// Ends of columns, and the consumptions that road vehicles can have: none makes fuel, and the
 /// heaviest combinations uphill take some 300 L/100 km.
 const POSSIBLE: [(&str, [f64; 2]); 3] =
-    [("l_per_100km", [0.0, 500.0]), ("kg_per_100km", [0.0, 400.0]), ("kwh_per_km", [-5.0, 20.0])];
+    [("l_per_100km", [0.0, 500.0]), ("kg_per_100km", [0.0, 400.0]), ("kwh_per_km", [-5.0, 50.0])];
 /// Distance from the median, in standard deviations by the median deviation, from which on a trip
 /// is far from all others (judgement: of a law with heavy tails one in millions).
 const FAR: f64 = 20.0;
