@@ -8,21 +8,28 @@
 //! their points only. Curvature is the change of direction per metre; curves are found in it by
 //! [`ocmc_core::operating_cycle::road::route_geometry`]. Where positions or altitudes scatter by
 //! 0.5 m or more, as a receiver's do, they are smoothed first
-//! ([`ocmc_core::operating_cycle::road::route_noise`]).
+//! ([`ocmc_core::operating_cycle::road::route_noise`]); where they are far apart their turns are
+//! spread ([`ocmc_core::operating_cycle::road::route_fillet`]). Rows of a receiver at standstill
+//! become one.
 
 use super::{in_file, refuse_over_time};
-use crate::intake::FileAccount;
+use crate::intake::drift::{standing, standstill_drift};
+use crate::intake::lacks::lacks;
+use crate::intake::spacing::sparse_points;
+use crate::intake::{FileAccount, contradiction};
 use crate::table::error::Fault;
 use crate::table::formats::ROUTE;
 use crate::table::given::RowPlace;
 use crate::table::unit::KMH;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError, PointNoise};
+use ocmc_core::operating_cycle::road::route_fillet::Rounding;
 use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d};
 use ocmc_core::operating_cycle::road::route_noise::{
-    LEAST_NOISE_M, MOST_NOISE_M, noise_of_values, smooth_altitudes,
+    LEAST_NOISE_M, MOST_NOISE_M, noise_of_altitudes, smooth_altitudes,
 };
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
+use std::ops::Range;
 
 /// The rows of a route; a column that is not there has none.
 #[derive(Default)]
@@ -71,6 +78,43 @@ impl Rows {
         })?;
         Ok((rows, account))
     }
+
+    /// The points on a plane, where they are given.
+    fn path(&self) -> Option<Path2d> {
+        (!self.latitude.is_empty()).then(|| Path2d::new(&self.latitude, &self.longitude))
+    }
+
+    /// Makes one row of each range: its first, with its longest stop.
+    fn merge(&mut self, ranges: &[Range<usize>]) {
+        for rows in ranges {
+            if let Some(stops) = self.stop_s.get_mut(rows.clone()) {
+                stops[0] = stops.iter().copied().fold(0.0, f64::max);
+            }
+        }
+        let mut keep = vec![true; self.places.len()];
+        for rows in ranges {
+            keep[rows.start + 1..rows.end].fill(false);
+        }
+        retain(&mut self.places, &keep);
+        retain(&mut self.road_type, &keep);
+        for values in [
+            &mut self.latitude,
+            &mut self.longitude,
+            &mut self.limit_mps,
+            &mut self.altitude_m,
+            &mut self.grade,
+            &mut self.curvature,
+            &mut self.stop_s,
+        ] {
+            retain(values, &keep);
+        }
+    }
+}
+
+/// Keeps some rows of a column.
+fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
+    let mut keep = keep.iter();
+    values.retain(|_| keep.next().copied().unwrap_or(true));
 }
 
 /// Reads a route.
@@ -89,8 +133,21 @@ pub(super) fn read(
     if table.column(latitude).is_some() || table.column(longitude).is_some() {
         table.need(&[latitude, longitude])?;
     }
-    let (rows, account) = Rows::read(table)?;
-    let path = (!rows.latitude.is_empty()).then(|| Path2d::new(&rows.latitude, &rows.longitude));
+    let quantities: Vec<Quantity> = table.columns().iter().map(|column| column.quantity).collect();
+    let (mut rows, mut account) = Rows::read(table)?;
+    let mut path = rows.path();
+    if let Some(track) = path.as_ref().filter(|_| rows.position_m.is_empty()) {
+        let (x_m, y_m) = track.points_m();
+        let clusters = standing(x_m, y_m);
+        if !clusters.is_empty() {
+            account.judged(file, standstill_drift(x_m, y_m, &clusters))?;
+            rows.merge(&clusters);
+            path = rows.path();
+        }
+    }
+    let odometer_m = (!rows.position_m.is_empty()).then_some(rows.position_m.as_slice());
+    let found = contradiction::of_route(odometer_m, path.as_ref(), &rows.altitude_m, &rows.grade);
+    account.judged(file, found)?;
     let positions = match &path {
         Some(path) if rows.position_m.is_empty() => &path.position_m,
         _ => &rows.position_m,
@@ -112,6 +169,13 @@ pub(super) fn read(
             let start_m = given_m[0];
             positions = given_m.iter().map(|given_m| given_m - start_m).collect();
             road = Some(smooth);
+        } else if is_grown && positions.len() > 2 {
+            let measured = odometer.then_some(positions.as_slice());
+            account.judged(file, sparse_points(path, measured, &rows.limit_mps))?;
+            if let Some((rounded, given_m)) = path.rounded(measured, Rounding::LIKELY) {
+                positions = given_m;
+                road = Some(rounded);
+            }
         }
     }
     if let Some(k) = positions.windows(2).position(|pair| pair[1] <= pair[0]) {
@@ -127,7 +191,7 @@ pub(super) fn read(
     if !rows.grade.is_empty() {
         tracks.push(track("grade", Rule::Constant, rows.grade));
     } else if !rows.altitude_m.is_empty() {
-        let noise_m = noise_of_values(&rows.altitude_m);
+        let noise_m = noise_of_altitudes(&positions, &rows.altitude_m);
         noise.altitudes_m = checked_noise("altitudes", noise_m).map_err(in_file(file))?;
         let mut altitude = track("altitude_m", Rule::Linear, rows.altitude_m);
         if noise.altitudes_m >= LEAST_NOISE_M
@@ -169,6 +233,7 @@ pub(super) fn read(
     }
     cycle.heading_rad = road.as_ref().or(path.as_ref()).map(Path2d::heading_rad);
     cycle.noise = noise;
+    account.judged(file, lacks(&quantities))?;
     Ok((cycle, account))
 }
 
@@ -236,6 +301,50 @@ mod tests {
         assert_eq!(cycle.events[0].position_m, 150.0);
         let fault = parse("position_m,limit\n0,50\n300,50\n").unwrap_err().to_string();
         assert!(fault.contains("`limit`") && fault.contains("speed_limit_kmh"), "{fault}");
+    }
+
+    #[test]
+    fn rows_at_standstill_are_one_and_what_is_missing_is_said() {
+        let row = |x_m: f64, y_m: f64| {
+            let (lat, lon) = (y_m / 111_195.0, x_m / 111_195.0);
+            format!("{lat:.8},{lon:.8},50\n")
+        };
+        let way = |from: u32, to: u32| (from..to).map(|k| row(20.0 * f64::from(k), 0.0));
+        // around the place at 1000 m, on a way of 60 m
+        let wanders = (1..300).map(|k: u32| {
+            let angle = f64::from(k * k % 628) / 100.0;
+            row(1000.0 + 0.2 * angle.cos(), 0.2 * angle.sin())
+        });
+        let header = "lat,lon,speed_limit_kmh\n".to_owned();
+        let read = |text: String| {
+            super::read(Source::Text(Path::new("r.csv"), &text), &[]).expect("a route")
+        };
+        let (plain, _) = read(header.clone() + &way(0, 101).collect::<String>());
+        let stands = way(0, 51).chain(wanders).chain(way(51, 101));
+        let (cycle, account) = read(header + &stands.collect::<String>());
+        assert!((cycle.length_m - plain.length_m).abs() < 1.0, "{}", cycle.length_m);
+        assert!(cycle.curves.is_empty(), "{:?}", cycle.curves);
+        let checks: Vec<&str> = account.findings.iter().map(|finding| finding.check).collect();
+        assert_eq!(checks, ["standstill-drift", "lacks"]);
+        assert!(account.warnings()[0].contains("no altitudes, no stops"), "{account:?}");
+    }
+
+    #[test]
+    fn two_sources_that_differ_are_refused() {
+        for (text, message) in [
+            (
+                "position_m,speed_limit_kmh,altitude_m,grade\n0,70,100,0\n20000,70,700,0\n",
+                "altitudes climb by 3.000 % in the mean, its slopes by",
+            ),
+            (
+                "lat,lon,position_m,speed_limit_kmh\n0,0,0,50\n0,.009,1,50\n0,.018,2,50\n\
+                 0,.027,3,50\n0,.036,4,50\n0,.045,5,50\n0,.054,6,50\n",
+                "km taken for m?",
+            ),
+        ] {
+            let fault = parse(text).unwrap_err().to_string();
+            assert!(fault.contains(message), "{fault}");
+        }
     }
 
     #[test]

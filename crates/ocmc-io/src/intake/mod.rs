@@ -7,11 +7,15 @@
 //! add it to the list of its kind.
 
 pub mod account;
+pub mod contradiction;
+pub mod drift;
 pub mod epw;
 pub mod finding;
 pub mod fuel_map;
 pub mod high_altitude;
+pub mod lacks;
 pub mod slope;
+pub mod spacing;
 pub mod study_value;
 pub mod trip;
 pub mod unused_column;

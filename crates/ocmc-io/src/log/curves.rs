@@ -156,6 +156,11 @@ pub(super) fn tells_turns(drive: &LoggedTrip) -> bool {
     known_turning(drive).is_some()
 }
 
+/// Whether nothing but the angle of the steering wheel tells it.
+pub(super) fn tells_steering_only(drive: &LoggedTrip) -> bool {
+    known_turning(drive) == Some(Quantity::SteeringWheelAngle)
+}
+
 fn known_turning(drive: &LoggedTrip) -> Option<Quantity> {
     let known = |quantity: &Quantity| {
         drive.column(*quantity).is_some_and(|values| values.iter().any(|value| !value.is_nan()))

@@ -1,9 +1,9 @@
 //! From log files to drives on a road: the way that was driven, the road that was driven on, and the
 //! energy that it took.
 
-use super::curves::{Steering, TripError};
+use super::curves::{Steering, TripError, tells_steering_only};
 use super::noise::without_noise;
-use super::roads::{found, notes, road_log};
+use super::roads::{found, notes, road_log, steering_note};
 use super::{LogFile, LoggedTrip, row_notes};
 use crate::table::Quantity;
 use ocmc_core::energy::carrier::CARRIERS;
@@ -58,7 +58,11 @@ impl MeasuredDrives {
                     // what has no noise any more is not averaged
                     options.altitude_average_m = 0.0;
                 }
-                Ok((found(&quiet, &options, steering, true)?, noise))
+                let steered = steering.is_none() && tells_steering_only(&quiet);
+                if steered {
+                    self.notes.push(steering_note(&place));
+                }
+                Ok((found(&quiet, &options, steering, !steered)?, noise))
             });
             let (found, noise) = match quiet {
                 Ok(found) => found,

@@ -11,7 +11,8 @@ pub mod roads;
 use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
 
-use crate::intake::{FileAccount, slope};
+use crate::intake::drift::{standing_speed, standing_speeds};
+use crate::intake::{FileAccount, Finding, contradiction, slope};
 use crate::sha256;
 use crate::table::clock::LogClock;
 use crate::table::error::Fault;
@@ -19,6 +20,7 @@ use crate::table::formats::LOG;
 use crate::table::given::{GivenTable, RowPlace};
 use crate::table::{self, Column, Mapping, Quantity, Source, Table, TableError};
 use arrow_array::Float64Array;
+use ocmc_core::operating_cycle::road::route_geometry::Path2d;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -74,6 +76,27 @@ impl LoggedTrip {
     /// The values of a quantity.
     pub fn column(&self, quantity: Quantity) -> Option<&[f64]> {
         self.columns.get(&quantity).map(|column| column.values().as_ref())
+    }
+
+    /// Takes speeds of a receiver at standstill for 0, and says so.
+    fn stand(&mut self) -> Vec<Finding> {
+        let columns = self.column(Quantity::Time).zip(self.column(Quantity::Speed));
+        let Some((time_s, speed_mps)) = columns else { return Vec::new() };
+        let path = self.column(Quantity::Latitude).zip(self.column(Quantity::Longitude));
+        let apart_m = |a: usize, b: usize| {
+            path.map_or(f64::NAN, |(latitude, longitude)| {
+                Path2d::new(&[latitude[a], latitude[b]], &[longitude[a], longitude[b]]).position_m
+                    [1]
+            })
+        };
+        let rows = standing_speeds(time_s, speed_mps, apart_m);
+        let Some(finding) = standing_speed(&rows, speed_mps) else { return Vec::new() };
+        let mut standing = speed_mps.to_vec();
+        for rows in rows {
+            standing[rows].fill(0.0);
+        }
+        self.columns.insert(Quantity::Speed, standing.into());
+        vec![finding]
     }
 
     /// A name for what was driven, whatever the file is called: of time and speed alone.
@@ -209,6 +232,14 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     file.read.judged(source.path(), slope::judge(steps))?;
     for need in needs {
         check_numbers(&file, need)?;
+    }
+    let several = file.drives.len() > 1;
+    for drive in &mut file.drives {
+        let mut found = drive.stand();
+        found.extend(contradiction::of_drive(&|quantity| drive.column(quantity)));
+        let place = if several { format!("drive `{}`: ", drive.drive) } else { String::new() };
+        let told = |finding: Finding| Finding { text: place.clone() + &finding.text, ..finding };
+        file.read.judged(&file.path, found.into_iter().map(told))?;
     }
     Ok(file)
 }

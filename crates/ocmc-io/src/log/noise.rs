@@ -12,7 +12,7 @@ use arrow_array::Float64Array;
 use ocmc_core::operating_cycle::given::PointNoise;
 use ocmc_core::operating_cycle::road::route_geometry::{Path2d, interpolate};
 use ocmc_core::operating_cycle::road::route_noise::{
-    LEAST_NOISE_M, noise_of_values, smooth_altitudes,
+    LEAST_NOISE_M, noise_of_altitudes, smooth_altitudes,
 };
 use std::borrow::Cow;
 
@@ -44,9 +44,9 @@ pub(super) fn without_noise(
     {
         let rows = advancing(&way_m, |k| altitude[k].is_finite());
         let altitude_m: Vec<f64> = rows.iter().map(|k| altitude[*k]).collect();
-        noise.altitudes_m = checked_noise("altitudes", noise_of_values(&altitude_m))?;
+        let at_m: Vec<f64> = rows.iter().map(|k| way_m[*k] - way_m[rows[0]]).collect();
+        noise.altitudes_m = checked_noise("altitudes", noise_of_altitudes(&at_m, &altitude_m))?;
         if noise.altitudes_m >= LEAST_NOISE_M {
-            let at_m: Vec<f64> = rows.iter().map(|k| way_m[*k] - way_m[rows[0]]).collect();
             let smooth = smooth_altitudes(&at_m, &altitude_m, noise.altitudes_m);
             let (at_m, smooth_m): (Vec<f64>, Vec<f64>) = smooth.into_iter().unzip();
             let smoothed = |k: usize| {

@@ -1,6 +1,6 @@
 //! From log files to the roads that they were driven on.
 
-use super::curves::{Steering, TripError, turning_log};
+use super::curves::{Steering, TripError, tells_steering_only, turning_log};
 use super::noise::noise_of_turning;
 use super::{LogFile, LoggedTrip, Need, counted, row_notes};
 use crate::table::formats::LOG;
@@ -69,7 +69,8 @@ impl FoundRoads {
             look()?;
             let place = file.place(drive);
             let scatter_m = noise_of_turning(drive);
-            let turns = scatter_m < LEAST_NOISE_M;
+            let steered = steering.is_none() && tells_steering_only(drive);
+            let turns = scatter_m < LEAST_NOISE_M && !steered;
             match found(drive, options, steering, turns) {
                 Ok(found) => {
                     self.has_objects |= found.coverage.events;
@@ -77,7 +78,9 @@ impl FoundRoads {
                     let events = drive.words(Quantity::MapObject).is_some();
                     self.cover(Coverage { events, ..found.coverage });
                     self.notes.extend(notes(&place, &found.counts));
-                    if !turns {
+                    if steered {
+                        self.notes.push(steering_note(&place));
+                    } else if !turns {
                         self.notes.push(format!(
                             "{place}: only positions tell how it turned, and they scatter by \
                              {scatter_m:.1} m: its curves are not known (a yaw rate or a course \
@@ -123,6 +126,14 @@ impl FoundRoads {
     }
 }
 
+/// What is said of a drive of which only the steering wheel tells how it turned.
+pub(super) fn steering_note(place: &str) -> String {
+    format!(
+        "{place}: only the angle of the steering wheel tells how it turned: its curves are not known \
+         (--steering-ratio and --wheelbase-m would tell them)"
+    )
+}
+
 /// The roads of a drive; of which nothing is known about `turns` where these are not wanted.
 pub(super) fn found(
     drive: &LoggedTrip,
@@ -130,6 +141,9 @@ pub(super) fn found(
     steering: Option<Steering>,
     turns: bool,
 ) -> Result<LoggedRoads, TripError> {
+    // what a wheel without a ratio would tell is not used
+    let any = Steering { ratio: 1.0, wheelbase_m: 1.0 };
+    let steering = if turns { steering } else { steering.or(Some(any)) };
     let (mut log, corrections) = turning_log(drive, steering, &options.curves)?;
     if !turns {
         log.yaw_rate_radps.to_mut().fill(f64::NAN);

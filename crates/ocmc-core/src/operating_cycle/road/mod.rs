@@ -5,6 +5,7 @@
 pub mod curvature;
 pub mod point_event;
 pub mod road_type;
+pub mod route_fillet;
 pub mod route_geometry;
 pub mod route_noise;
 pub mod speed_sign;

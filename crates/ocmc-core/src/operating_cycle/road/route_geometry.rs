@@ -4,13 +4,15 @@
 //! Points lie on a plane around the first one: x = R cos φ₀ Δλ, y = R Δφ, R = 6 371 008.8 m (mean
 //! radius of the Earth, IUGG); good to 0.1 % within a few hundred km of the start's latitude. They
 //! are resampled every 5 m and averaged over 45 m, because the roads of maps turn at their points
-//! only; κ = change of direction per metre.
+//! only; where points are farther apart their turns are spread first
+//! ([`route_fillet`](super::route_fillet)); κ = change of direction per metre.
 //!
 //! A curve is where |κ| > 1/700 1/m somewhere and ≥ 1/1000 1/m throughout, in one direction, over
 //! at least 15 m and 8° (judgement, the thresholds with which the default road was compared with
 //! maps); its radius is 1 / mean |κ| of its middle third.
 
 use super::curvature::Curve;
+use super::route_fillet::{Rounding, rounded};
 use super::route_noise::{SmoothPath, along, noise_of_points, smooth_over, smooth_points};
 
 /// Mean radius of the Earth, in m (IUGG).
@@ -87,6 +89,28 @@ impl Path2d {
                 (Self { x_m, y_m, position_m }, positions_m.to_vec())
             }
         }
+    }
+
+    /// Its points on the plane, to the east and to the north, in m.
+    pub fn points_m(&self) -> (&[f64], &[f64]) {
+        (&self.x_m, &self.y_m)
+    }
+
+    /// The road with the bends of points that are far apart rounded, and where the points lie on
+    /// it, in m; none where no point is. `positions_m`: their places by an odometer, where there is
+    /// one.
+    pub fn rounded(&self, positions_m: Option<&[f64]>, how: Rounding) -> Option<(Self, Vec<f64>)> {
+        let path = rounded(&self.x_m, &self.y_m, how);
+        if path.rounded == 0 {
+            return None;
+        }
+        let mut road = Self::of_points(path.x_m, path.y_m);
+        let given_m: Vec<f64> = path.given.iter().map(|k| road.position_m[*k]).collect();
+        let Some(positions_m) = positions_m else { return Some((road, given_m)) };
+        for at_m in &mut road.position_m {
+            *at_m = interpolate(&given_m, positions_m, *at_m);
+        }
+        Some((road, positions_m.to_vec()))
     }
 
     /// Compass heading at the start, in rad from north, clockwise.

@@ -1,0 +1,413 @@
+//! Two sources of one quantity are compared: speed and way, altitude and slope, course and yaw rate,
+//! speed and limit.
+//!
+//! Each pair is compared over stretches that are long enough for the noise of sensors: ways over
+//! 200 m, slopes over 1 km, turns over 8 s. What differs by more than a sensor explains is refused,
+//! with both figures and the unit that would explain it; a smaller difference is warned of.
+
+use super::Finding;
+use crate::number_text::rounded;
+use crate::table::Quantity;
+use ocmc_core::operating_cycle::road::route_geometry::Path2d;
+use std::f64::consts::TAU;
+
+/// Columns in SI, by their quantities; NaN where a number is missing.
+pub type Columns<'a> = &'a dyn Fn(Quantity) -> Option<&'a [f64]>;
+
+/// Ratios that a unit explains, and what was probably meant.
+const UNITS: [(f64, &str); 11] = [
+    (3.6, "km/h taken for m/s"),
+    (1.0 / 3.6, "m/s taken for km/h"),
+    (2.2369, "mph taken for m/s"),
+    (1.609_344, "km/h taken for mph, or miles for km"),
+    (1.0 / 1.609_344, "mph taken for km/h, or km for miles"),
+    (57.296, "degrees taken for rad"),
+    (1.0 / 57.296, "rad taken for degrees"),
+    (100.0, "per cent taken for a ratio"),
+    (0.01, "a ratio taken for per cent"),
+    (1000.0, "m taken for km"),
+    (0.001, "km taken for m"),
+];
+/// How near a ratio is to that of a unit.
+const NEAR_UNIT: f64 = 0.1;
+/// Stretches over which ways and displacements are compared, in m, and their least number.
+const STRETCH_M: f64 = 200.0;
+const FEWEST_STRETCHES: usize = 5;
+/// Rows farther apart tell no way, in s.
+const LONGEST_STEP_S: f64 = 60.0;
+/// Ways that differ by more are refused, and warned of.
+const WAYS_REFUSED: f64 = 1.3;
+const WAYS_WARNED: f64 = 1.12;
+/// Stretches over which slopes are compared, in m.
+const SLOPES_M: f64 = 1000.0;
+/// Differences of slopes that are refused, and warned of: root of the mean square, and over that of
+/// the steeper source.
+const SLOPES_REFUSED: f64 = 0.01;
+const SLOPES_WARNED: f64 = 0.006;
+const SLOPES_SHARE: f64 = 0.5;
+/// Time over which turns are compared, in s; slower ones in m/s, and smaller ones in rad are not.
+const TURNS_S: f64 = 8.0;
+const TURNS_MPS: f64 = 3.0;
+const TURNS_RAD: f64 = 0.1;
+const FEWEST_TURNS: usize = 8;
+/// Correlation from which on a slope of a line through turns is one.
+const CORRELATED: f64 = 0.8;
+/// Ratio of turns that is refused, or its inverse.
+const TURNS_REFUSED: f64 = 1.5;
+/// Median speed over the limit that is refused, and that is warned of, above and below (judgement:
+/// trucks drive at 0.8 to 1.05 of it, in dense traffic at half of it).
+const FAST_REFUSED: f64 = 1.4;
+const FAST_WARNED: f64 = 1.25;
+const SLOW_WARNED: f64 = 0.35;
+/// Slower rows are not compared with limits, in m/s, and fewer rows tell nothing.
+const DRIVING_MPS: f64 = 3.0;
+const FEWEST_ROWS: usize = 60;
+
+/// What contradicts itself in a drive over time.
+pub fn of_drive(of: Columns) -> Vec<Finding> {
+    let Some((time_s, speed_mps)) = of(Quantity::Time).zip(of(Quantity::Speed)) else {
+        return Vec::new();
+    };
+    let way_m = integral(time_s, speed_mps);
+    let mut findings = Vec::new();
+    if let Some(position_m) = of(Quantity::Position) {
+        let displacement = |from: usize, to: usize| position_m[to] - position_m[from];
+        let ratio = ratio_of_ways(&way_m, displacement);
+        findings.extend(ratio.and_then(|ratio| ways("speed", "position", ratio)));
+    }
+    let path = of(Quantity::Latitude).zip(of(Quantity::Longitude));
+    if let Some((latitude, longitude)) = path {
+        let displacement = |from: usize, to: usize| {
+            let [lat, lon] = [latitude, longitude].map(|values| [values[from], values[to]]);
+            let known = lat.iter().chain(&lon).all(|degrees| degrees.is_finite());
+            if known { Path2d::new(&lat, &lon).position_m[1] } else { f64::NAN }
+        };
+        let ratio = ratio_of_ways(&way_m, displacement);
+        findings.extend(ratio.and_then(|ratio| ways("speed", "latitude and longitude", ratio)));
+    }
+    if let Some((altitude_m, grade)) = of(Quantity::Altitude).zip(of(Quantity::Grade)) {
+        // the slope of a row of a log is that since the row before
+        let ahead: Vec<f64> = grade[1.min(grade.len())..].iter().copied().chain([0.0]).collect();
+        findings.extend(slopes(&way_m, altitude_m, &ahead));
+    }
+    if let Some((course_rad, yaw_rate)) = of(Quantity::Course).zip(of(Quantity::YawRate)) {
+        findings.extend(turning([time_s, speed_mps, course_rad, yaw_rate]));
+    }
+    if let Some(limit_mps) = of(Quantity::Limit) {
+        findings.extend(limits(speed_mps, limit_mps));
+    }
+    findings
+}
+
+/// What contradicts itself in a route: positions in m, and altitudes and slopes, each slope from its
+/// row on.
+pub fn of_route(
+    position_m: Option<&[f64]>,
+    path: Option<&Path2d>,
+    altitude_m: &[f64],
+    grade: &[f64],
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if let Some((position_m, path)) = position_m.zip(path) {
+        let (x_m, y_m) = path.points_m();
+        let displacement =
+            |from: usize, to: usize| chord_m([x_m[from], y_m[from]], [x_m[to], y_m[to]]);
+        let ratio = ratio_of_ways(position_m, displacement);
+        findings.extend(ratio.and_then(|ratio| ways("position", "latitude and longitude", ratio)));
+    }
+    let way_m = position_m.or(path.map(|path| path.position_m.as_slice()));
+    if let Some(way_m) = way_m
+        && !altitude_m.is_empty()
+        && !grade.is_empty()
+    {
+        findings.extend(slopes(way_m, altitude_m, grade));
+    }
+    findings
+}
+
+fn chord_m([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
+    ((bx - ax) * (bx - ax) + (by - ay) * (by - ay)).sqrt()
+}
+
+/// An angle, in rad, the short way around.
+fn short_way(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
+
+/// Way by the speed up to each row, in m; rows that are missing or far apart add nothing.
+fn integral(time_s: &[f64], speed_mps: &[f64]) -> Vec<f64> {
+    let mut sum_m = 0.0;
+    let mut way_m = vec![0.0];
+    for k in 1..time_s.len().min(speed_mps.len()) {
+        let step_m = 0.5 * (speed_mps[k - 1] + speed_mps[k]) * (time_s[k] - time_s[k - 1]);
+        let near = (0.0..LONGEST_STEP_S).contains(&(time_s[k] - time_s[k - 1]));
+        sum_m += if near && step_m > 0.0 { step_m } else { 0.0 };
+        way_m.push(sum_m);
+    }
+    way_m
+}
+
+/// Way over displacement. Bends only make the way longer: of stretches on which it is, the straighter
+/// quarter counts, and otherwise the median.
+fn ratio_of_ways(way_m: &[f64], displacement: impl Fn(usize, usize) -> f64) -> Option<f64> {
+    let mut ratios = Vec::new();
+    let mut first = 0;
+    for k in 1..way_m.len() {
+        let (way_m, displacement_m) = (way_m[k] - way_m[first], displacement(first, k));
+        if !displacement_m.is_finite() {
+            continue;
+        }
+        if way_m.max(displacement_m) >= STRETCH_M {
+            if displacement_m > 0.0 && way_m > 0.0 {
+                ratios.push(way_m / displacement_m);
+            }
+            first = k;
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    let middle = ratios.get(ratios.len() / 2).copied();
+    let straight = ratios.get(ratios.len() / 4).copied();
+    let middle = middle.filter(|_| ratios.len() >= FEWEST_STRETCHES)?;
+    if middle < 1.0 { Some(middle) } else { straight.map(|ratio| ratio.max(1.0)) }
+}
+
+fn ways(one: &str, other: &str, ratio: f64) -> Option<Finding> {
+    let (text, figures) = (
+        format!(
+            "the way by its {one} is {} times that by its {other}{}",
+            rounded(ratio),
+            unit_of(ratio)
+        ),
+        [ratio, WAYS_REFUSED],
+    );
+    let off = ratio.max(1.0 / ratio);
+    let remedy = "see which of the two has another unit than its name says, and leave it out or \
+                  rename it";
+    if off > WAYS_REFUSED {
+        Some(Finding::refused("way", figures, text, remedy))
+    } else if off > WAYS_WARNED {
+        let remedy = "the consumption over the distance hangs on it: see which of the two is right";
+        Some(Finding::warned("way", [ratio, WAYS_WARNED], text, remedy))
+    } else {
+        None
+    }
+}
+
+/// The unit that explains a ratio.
+fn unit_of(ratio: f64) -> String {
+    let near = |(factor, _): &&(f64, &str)| (ratio / factor - 1.0).abs() < NEAR_UNIT;
+    UNITS.iter().find(near).map_or(String::new(), |(_, meant)| format!(" ({meant}?)"))
+}
+
+/// Compares slopes; `grade` holds from each row on.
+fn slopes(way_m: &[f64], altitude_m: &[f64], grade: &[f64]) -> Option<Finding> {
+    let length_m = way_m.last()? - way_m.first()?;
+    let (mut first, mut climb_m) = (None::<usize>, 0.0);
+    let [mut both, mut by_altitude, mut by_grade, mut apart, mut compared_m] = [0.0; 5];
+    let least_m = SLOPES_M.min(length_m);
+    for k in 0..way_m.len() {
+        let known = altitude_m[k].is_finite() && (grade[k].is_finite() || k + 1 == way_m.len());
+        if let Some(from) = first {
+            climb_m += grade[k - 1] * (way_m[k] - way_m[k - 1]);
+            let dx_m = way_m[k] - way_m[from];
+            if dx_m >= least_m && dx_m > 0.0 && altitude_m[k].is_finite() {
+                let (a, g) = ((altitude_m[k] - altitude_m[from]) / dx_m, climb_m / dx_m);
+                both += dx_m * a * g;
+                by_altitude += dx_m * a * a;
+                by_grade += dx_m * g * g;
+                apart += dx_m * (a - g) * (a - g);
+                compared_m += dx_m;
+                first = None;
+            }
+        }
+        if !known {
+            first = None;
+        } else if first.is_none() {
+            (first, climb_m) = (Some(k), 0.0);
+        }
+    }
+    if compared_m < 0.5 * length_m || compared_m <= 0.0 {
+        return None;
+    }
+    let [a, g, apart] = [by_altitude, by_grade, apart].map(|sum| (sum / compared_m).sqrt());
+    if apart < SLOPES_WARNED || apart < SLOPES_SHARE * a.max(g) {
+        return None;
+    }
+    let ratio = if by_altitude > 0.0 { both / by_altitude } else { 0.0 };
+    let meant = if ratio < -0.5 { " (another sign?)".to_owned() } else { unit_of(ratio) };
+    let text = format!(
+        "its altitudes climb by {} % in the mean, its slopes by {} %, and they differ by {} %{meant}",
+        rounded(100.0 * a),
+        rounded(100.0 * g),
+        rounded(100.0 * apart)
+    );
+    let remedy = "leave out the one that is wrong: what a slope is taken for is worth more than any \
+                  other column";
+    Some(if apart > SLOPES_REFUSED {
+        Finding::refused("slope", [apart, SLOPES_REFUSED], text, remedy)
+    } else {
+        Finding::warned("slope", [apart, SLOPES_WARNED], text, remedy)
+    })
+}
+
+/// Compares turns by the course, which grows clockwise, and by the yaw rate, to the left.
+fn turning([time_s, speed_mps, course_rad, yaw_rate]: [&[f64]; 4]) -> Option<Finding> {
+    let mut pairs: Vec<[f64; 2]> = Vec::new();
+    let (mut from_s, mut by_course, mut by_yaw) = (None::<f64>, 0.0, 0.0);
+    for k in 1..time_s.len() {
+        let dt_s = time_s[k] - time_s[k - 1];
+        let turn = short_way(course_rad[k] - course_rad[k - 1]);
+        let yaw = 0.5 * (yaw_rate[k] + yaw_rate[k - 1]) * dt_s;
+        let usable = turn.is_finite()
+            && yaw.is_finite()
+            && (0.0..TURNS_S).contains(&dt_s)
+            && speed_mps[k] > TURNS_MPS;
+        if !usable {
+            from_s = None;
+            continue;
+        }
+        let start_s = *from_s.get_or_insert_with(|| {
+            (by_course, by_yaw) = (0.0, 0.0);
+            time_s[k - 1]
+        });
+        by_course -= turn;
+        by_yaw += yaw;
+        if time_s[k] - start_s >= TURNS_S {
+            pairs.push([by_course, by_yaw]);
+            from_s = None;
+        }
+    }
+    pairs.retain(|pair| pair[0].abs() > TURNS_RAD);
+    if pairs.len() < FEWEST_TURNS {
+        return None;
+    }
+    let sum = |of: fn(&[f64; 2]) -> f64| pairs.iter().map(of).sum::<f64>();
+    let [cc, yy, cy] = [sum(|p| p[0] * p[0]), sum(|p| p[1] * p[1]), sum(|p| p[0] * p[1])];
+    if cy.abs() < CORRELATED * (cc * yy).sqrt() {
+        return None;
+    }
+    let ratio = cy / cc;
+    if ratio > 0.0 && ratio.max(1.0 / ratio) < TURNS_REFUSED {
+        return None;
+    }
+    let meant =
+        if ratio < 0.0 { " (is it positive to the right?)".to_owned() } else { unit_of(ratio) };
+    let text =
+        format!("its yaw rate turns it by {} times what its course does{meant}", rounded(ratio));
+    let remedy =
+        "rename the yaw rate to its unit, or turn its sign, as in --map yaw_rate_degps=-gyro";
+    Some(Finding::refused("turn", [ratio, TURNS_REFUSED], text, remedy))
+}
+
+/// Compares the speed with the limit.
+fn limits(speed_mps: &[f64], limit_mps: &[f64]) -> Option<Finding> {
+    let rows = speed_mps.iter().zip(limit_mps);
+    let rows = rows.filter(|(speed, limit)| **speed > DRIVING_MPS && **limit > 0.0);
+    let mut ratios: Vec<f64> = rows.map(|(speed, limit)| speed / limit).collect();
+    ratios.sort_by(f64::total_cmp);
+    let ratio = ratios.get(ratios.len() / 2).copied().filter(|_| ratios.len() >= FEWEST_ROWS)?;
+    if (SLOW_WARNED..=FAST_WARNED).contains(&ratio) {
+        return None;
+    }
+    let meant = if ratio > 3.0 {
+        " (is the limit in m/s, or the speed in km/h?)"
+    } else if ratio > 1.0 {
+        " (is the limit in mph, or the speed in km/h?)"
+    } else {
+        " (is the limit in km/h, or the speed in m/s?)"
+    };
+    let text =
+        format!("half of its rows are driven at {} times the limit or more{meant}", rounded(ratio));
+    let remedy = "rename the column to the unit that it has";
+    Some(match ratio {
+        FAST_REFUSED.. => Finding::refused("limit", [ratio, FAST_REFUSED], text, remedy),
+        FAST_WARNED.. => Finding::warned("limit", [ratio, FAST_WARNED], text, remedy),
+        _ => Finding::warned("limit", [ratio, SLOW_WARNED], text, remedy),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::intake::End;
+    use ocmc_core::random::{Draws, Stream};
+    use std::collections::BTreeMap;
+
+    /// A drive of 30 min on a winding and hilly road, with noise.
+    fn drive(seed: u64) -> BTreeMap<Quantity, Vec<f64>> {
+        let mut draws = Draws::new(seed, 0, Stream::Pedals);
+        let mut columns: BTreeMap<Quantity, Vec<f64>> = BTreeMap::new();
+        let [mut x, mut y, mut way_m, mut course] = [0.0, 0.0, 0.0, 1.0];
+        for second in 0..1800 {
+            let speed = 15.0 + 7.0 * f64::sin(0.01 * f64::from(second));
+            let curvature = 0.004 * f64::sin(way_m / 300.0);
+            course -= curvature * speed;
+            way_m += speed;
+            x += speed * f64::sin(course);
+            y += speed * f64::cos(course);
+            let per_degree = 111_195.0;
+            let mut put = |quantity, value| columns.entry(quantity).or_default().push(value);
+            put(Quantity::Time, f64::from(second));
+            put(Quantity::Speed, speed + 0.1 * draws.normal());
+            put(Quantity::Position, way_m);
+            put(Quantity::Latitude, (y + 3.0 * draws.normal()) / per_degree);
+            put(Quantity::Longitude, (x + 3.0 * draws.normal()) / per_degree);
+            put(Quantity::Course, course + 0.02 * draws.normal());
+            put(Quantity::YawRate, curvature * speed + 0.005 * draws.normal());
+            put(Quantity::Altitude, 60.0 * f64::sin(way_m / 900.0) + 3.0 * draws.normal());
+            put(Quantity::Grade, 60.0 / 900.0 * f64::cos(way_m / 900.0));
+            put(Quantity::Limit, 16.0);
+        }
+        columns
+    }
+
+    fn found(columns: &BTreeMap<Quantity, Vec<f64>>) -> Vec<Finding> {
+        of_drive(&|quantity| columns.get(&quantity).map(Vec::as_slice))
+    }
+
+    #[test]
+    fn clean_drives_agree_and_a_wrong_unit_is_named() {
+        for seed in 1..=10 {
+            let clean = drive(seed);
+            assert_eq!(found(&clean), [], "{seed}");
+            for (quantity, factor, check, word) in [
+                (Quantity::Speed, 3.6, "way", "km/h"),
+                (Quantity::Speed, 1.0 / 3.6, "way", "m/s"),
+                (Quantity::Position, 1000.0, "way", "km"),
+                (Quantity::Position, 0.7, "way", "1.4"),
+                (Quantity::Grade, 100.0, "slope", "per cent"),
+                (Quantity::Grade, -1.0, "slope", "sign"),
+                (Quantity::Grade, 0.0, "slope", "0"),
+                (Quantity::YawRate, 57.296, "turn", "degrees"),
+                (Quantity::YawRate, -1.0, "turn", "right"),
+                (Quantity::Limit, 1.0 / 1.609_344, "limit", "mph"),
+                (Quantity::Limit, 1.0 / 3.6, "limit", "m/s"),
+                (Quantity::Limit, 3.6, "limit", "km/h"),
+            ] {
+                let mut wrong = clean.clone();
+                let values = wrong.get_mut(&quantity).expect("is there");
+                for value in values {
+                    *value *= factor;
+                }
+                let findings = found(&wrong);
+                let named = findings.iter().find(|finding| finding.check == check);
+                let named = named.unwrap_or_else(|| panic!("{quantity:?} {factor} {findings:?}"));
+                assert!(named.text.contains(word), "{quantity:?} {factor}: {named}");
+                assert!(named.end != End::Mended && !named.remedy.is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn routes_with_two_slopes_or_ways_are_refused() {
+        let findings = of_route(Some(&[0.0, 20_000.0]), None, &[100.0, 700.0], &[0.0, 0.0]);
+        assert!(findings[0].is_refusal() && findings[0].text.contains("3.000 %"), "{findings:?}");
+        assert_eq!(of_route(Some(&[0.0, 20_000.0]), None, &[100.0, 700.0], &[0.03, 0.0]), []);
+        let x_m: Vec<f64> = (0..100).map(|k| 100.0 * f64::from(k)).collect();
+        let path = Path2d::of_points(x_m.clone(), vec![0.0; 100]);
+        assert_eq!(of_route(Some(&x_m), Some(&path), &[], &[]), []);
+        let km: Vec<f64> = x_m.iter().map(|x_m| 0.001 * x_m).collect();
+        let findings = of_route(Some(&km), Some(&path), &[], &[]);
+        assert!(findings[0].is_refusal() && findings[0].text.contains("km taken for m"));
+    }
+}

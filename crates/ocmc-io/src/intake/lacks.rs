@@ -1,0 +1,76 @@
+//! What a route does not say, and what that is worth.
+//!
+//! A route has a limit; altitudes, curves and stops are driven where they are given and are absent
+//! where not, while traffic, weather and payload are drawn from the study. What is absent was driven
+//! on the roads of the default study, whole and without the tracks in question
+//! (`scripts/what_routes_lack.py`, 200 roads of the study `field-truck`, seed 1, 10 trips each): the mean says by how much the consumption is
+//! too low, the 95th percentile how far it may be on one road.
+
+use super::Finding;
+use crate::table::Quantity;
+
+/// What a route can lack, with the quantities any one of which tells it.
+const PARTS: [(&str, &[Quantity]); 3] = [
+    ("altitudes", &[Quantity::Altitude, Quantity::Grade]),
+    ("curves", &[Quantity::Latitude, Quantity::Curvature]),
+    ("stops", &[Quantity::Stop]),
+];
+
+/// Consumption without some parts, over that with all, less 1, in %: mean and 95th percentile of the
+/// magnitude, by the parts that are lacking, the first one in the lowest bit.
+const WORTH_PERCENT: [[f64; 2]; 8] = [
+    [0.0, 0.0],
+    [-11.0, 15.4],
+    [-3.5, 8.0],
+    [-15.4, 20.4],
+    [-2.4, 5.8],
+    [-13.6, 17.2],
+    [-9.2, 18.3],
+    [-22.0, 31.0],
+];
+/// What is warned of, in %.
+const BOUND_PERCENT: f64 = 2.0;
+
+/// What a route lacks whose columns are these.
+pub fn lacks(quantities: &[Quantity]) -> Option<Finding> {
+    let missing = |part: &(&str, &[Quantity])| !part.1.iter().any(|q| quantities.contains(q));
+    let bits = PARTS.iter().enumerate().map(|(k, part)| usize::from(missing(part)) << k);
+    let [mean, most] = WORTH_PERCENT[bits.sum::<usize>()];
+    let names: Vec<&str> = PARTS.iter().filter(|part| missing(part)).map(|part| part.0).collect();
+    if names.is_empty() {
+        return None;
+    }
+    let text = format!(
+        "it has no {}: they count as absent (traffic, weather and payload are drawn from the study). \
+         Trips on the roads of the default study take {:.0} % less without them in the mean, and differ \
+         by up to {most:.0} %",
+        names.join(", no "),
+        -mean
+    );
+    let remedy = "add `altitude_m`, `curvature_per_m` or `lat` and `lon`, and `stop_s` where there are \
+                  any; a column of zeros says that there are none";
+    Some(Finding::warned("lacks", [most, BOUND_PERCENT], text, remedy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_named_with_its_worth() {
+        use Quantity::{Altitude, Curvature, Grade, Latitude, Limit, Longitude, Position, Stop};
+        for full in [
+            &[Position, Limit, Altitude, Curvature, Stop][..],
+            &[Latitude, Longitude, Limit, Grade, Stop],
+        ] {
+            assert_eq!(lacks(full), None);
+        }
+        let without_all = lacks(&[Position, Limit]).expect("lacks three parts");
+        for part in ["no altitudes", "no curves", "no stops"] {
+            assert!(without_all.text.contains(part), "{without_all}");
+        }
+        let with_altitude = lacks(&[Position, Limit, Altitude]).expect("lacks two parts");
+        assert!(!with_altitude.text.contains("altitudes,"), "{with_altitude}");
+        assert!(with_altitude.figure < without_all.figure);
+    }
+}
