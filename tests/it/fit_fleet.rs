@@ -137,7 +137,7 @@ fn what_cannot_be_answered_says_why() {
         (&["--power", "100%"], 2, "above 0% and below 100%"),
         (&["--draws", "0"], 2, "from 1 to 1000000"),
         (&["--best", "fastest"], 2, "lowest"),
-        (&["--map", "truck=driver_id", "--map", "driver=km"], 0, ""),
+        (&["--map", "truck=driver_id", "--map", "driver=size"], 0, ""),
     ] {
         let (found, _, message) = run(&[&[path.as_str()], options].concat());
         assert_eq!(found, status, "{options:?}: {message}");

@@ -8,8 +8,8 @@ use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::curve_speed::CurveTable;
 use ocmc_estimation::log::surroundings::Surroundings;
 
-/// Lateral acceleration that no road vehicle has, in m/s²: tyres of racing cars reach it.
-const MOST_LATERAL_MPS2: f64 = 15.0;
+/// Lateral acceleration that no vehicle of a log has, in m/s²: the tyres of cars end there.
+const MOST_LATERAL_MPS2: f64 = 10.0;
 
 /// Reads a table of curves.
 ///

@@ -3,7 +3,7 @@
 //! The slope of a row holds over the step that ends there; where there is none, altitudes make it.
 
 use crate::given_cycle::{checked_noise, in_file};
-use crate::intake::{FileAccount, Finding, slope, unused_column};
+use crate::intake::{FileAccount, Finding, contradiction, slope, unused_column};
 use crate::number_text::rounded;
 use crate::table::error::Fault;
 use crate::table::formats::{DRIVE_CYCLE, ROUTE, TRACKS, VECTO_CYCLE};
@@ -27,6 +27,8 @@ const LONGEST_STEP_S: f64 = 1.0;
 /// Step of cycles with rows further apart, in s: a business district by corners and at 10 Hz then
 /// take the same within 0.1 %, and with 1 s 1 % more.
 const STEP_S: f64 = 0.5;
+/// Steps at most that a cycle is divided into.
+const MOST_STEPS: f64 = 2e6;
 /// Shortest way between the altitudes of which slopes are made, in m.
 const SHORTEST_STEP_M: f64 = 1.0;
 /// How far inside the road a rest at one of its ends is a stop, in m: at the ends themselves a
@@ -74,12 +76,12 @@ pub fn read_with_account(
 ) -> Result<(DriveCycle, FileAccount), TableError> {
     let table = Table::open(source, &DRIVE_CYCLE, mappings)?;
     table.need(&[Quantity::Time, Quantity::Speed])?;
-    let slope = table.one_of(&[Quantity::Gradient, Quantity::Grade])?;
+    let sloped = table.one_of(&[Quantity::Gradient, Quantity::Grade])?.is_some();
     refuse_bare_v(&table, mappings)?;
     let allowed = table.allowed();
     let (mut time_s, mut speed_mps, mut sine) =
         (Vec::<f64>::new(), Vec::<f64>::new(), Vec::<f64>::new());
-    let mut altitude_m = Vec::<f64>::new();
+    let (mut altitude_m, mut position_m) = (Vec::<f64>::new(), Vec::<f64>::new());
     let of = |time_s, speed_mps, sine| {
         DriveCycle::new(time_s, speed_mps, sine)
             .map_err(|error| TableError::of(source.path(), Fault::DriveCycle(error)))
@@ -88,6 +90,7 @@ pub fn read_with_account(
         time_s.push(row.number(Quantity::Time)?);
         speed_mps.push(row.number(Quantity::Speed)?);
         altitude_m.extend(row.optional(Quantity::Altitude)?);
+        position_m.extend(row.optional(Quantity::Position)?);
         sine.push(match row.optional(Quantity::Gradient)? {
             Some(tangent) => tangent / (1.0 + tangent * tangent).sqrt(),
             None => row.optional(Quantity::Grade)?.unwrap_or(0.0),
@@ -101,7 +104,16 @@ pub fn read_with_account(
         }
     })?;
     account.findings.extend(unused_column::judge(&account.left_out, &allowed));
-    if slope.is_none() && !altitude_m.is_empty() {
+    let column = |quantity| match quantity {
+        Quantity::Time => Some(time_s.as_slice()),
+        Quantity::Speed => Some(speed_mps.as_slice()),
+        Quantity::Position => Some(position_m.as_slice()).filter(|column| !column.is_empty()),
+        Quantity::Altitude => Some(altitude_m.as_slice()).filter(|column| !column.is_empty()),
+        Quantity::Grade => Some(sine.as_slice()).filter(|_| sloped),
+        _ => None,
+    };
+    account.judged(source.path(), contradiction::of_drive(&column))?;
+    if !sloped && !altitude_m.is_empty() {
         sine = slopes_of_altitudes(source.path(), &time_s, &speed_mps, &altitude_m)?;
     }
     let way_m = (1..time_s.len())
@@ -117,7 +129,8 @@ pub fn read_with_account(
         rounded(longest_s)
     );
     account.findings.push(Finding::mended("rows-far-apart", [longest_s, LONGEST_STEP_S], text));
-    Ok((cycle.refined(STEP_S), account))
+    // a small file may last for years
+    Ok((cycle.refined(STEP_S.max(cycle.duration_s() / MOST_STEPS)), account))
 }
 
 /// Refuses a speed `v` without a unit: VECTO's cycles, which write `<v>`, mean km/h, other people

@@ -9,20 +9,20 @@ use ocmc_estimation::fit::fleet::FleetTable;
 
 /// Names of a column with the distance of a trip.
 const DISTANCES: [&str; 14] = [
-    "distance_m",
-    "distance_km",
     "distance",
-    "trip_distance_km",
-    "trip_length_km",
-    "length_km",
-    "length_m",
-    "driven_km",
-    "mileage_km",
+    "trip_distance",
+    "trip_length",
+    "dist",
+    "trip",
+    "route",
+    "driven",
     "mileage",
     "km",
     "kilometres",
     "kilometers",
-    "strecke_km",
+    "kilometer",
+    "strecke",
+    "distancia",
 ];
 
 /// What `outcome` says of a trip that arrived.
@@ -90,7 +90,9 @@ pub fn read(
     })?;
     trips.retain(|(_, value)| trip::is_possible(column, *value));
     account.findings.extend(trip::impossible(column, &impossible));
-    account.findings.extend(trip::far(column, &trips));
+    if is_over_distance(column) {
+        account.findings.extend(trip::far(column, &trips));
+    }
     Ok((table, account))
 }
 
@@ -111,13 +113,24 @@ fn date_of(row: &Row) -> Result<f64, TableError> {
 /// As [`read`].
 pub fn distance_column(source: Source, mappings: &[Mapping]) -> Result<Option<String>, TableError> {
     let file = Table::open(source, &FLEET, mappings)?;
-    let is_distance = |name: &&String| DISTANCES.contains(&name.to_lowercase().as_str());
-    Ok(file.names().iter().find(is_distance).cloned())
+    Ok(file.names().iter().find(|name| is_distance(name)).cloned())
+}
+
+/// Whether a name is that of the distance of a trip: one of [`DISTANCES`], with or without a unit.
+fn is_distance(name: &str) -> bool {
+    let name = name.to_lowercase();
+    let text = name.split(['[', '(']).next().unwrap_or_default().trim().replace([' ', '-'], "_");
+    let base = text.trim_end_matches("_km").trim_end_matches("_m");
+    // a trip or a route without a unit is its name
+    DISTANCES.contains(&base) && (base != text || !["trip", "route"].contains(&base))
 }
 
 /// Whether a column is an amount over the distance, of which longer trips know more.
 pub fn is_over_distance(column: &str) -> bool {
-    ["per_100km", "per_km", "per_m", "per_100tkm"].iter().any(|end| column.ends_with(end))
+    let column = column.to_lowercase();
+    ["per_100km", "per_km", "per_m", "per_100tkm", "/100km", "/100 km", "/km"]
+        .iter()
+        .any(|end| column.contains(end))
 }
 
 #[cfg(test)]

@@ -56,7 +56,7 @@ const CORRELATED: f64 = 0.8;
 const TURNS_REFUSED: f64 = 1.5;
 /// Median speed over the limit that is refused, and that is warned of, above and below (judgement:
 /// trucks drive at 0.8 to 1.05 of it, in dense traffic at half of it).
-const FAST_REFUSED: f64 = 1.4;
+const FAST_REFUSED: f64 = 1.5;
 const FAST_WARNED: f64 = 1.25;
 const SLOW_WARNED: f64 = 0.35;
 /// Slower rows are not compared with limits, in m/s, and fewer rows tell nothing.

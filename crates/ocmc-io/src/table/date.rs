@@ -62,7 +62,16 @@ pub(super) fn day_of_year(time_s: f64) -> f64 {
 pub(crate) fn second_of_year(text: &str) -> Option<f64> {
     let whole_day = || stamp(text.trim(), "00:00", None);
     let (time_s, _) = parse(text).or_else(whole_day)?;
-    Some(day_of_year(time_s) * DAY_S)
+    // months are those of a year without a leap day: its 29 February is a second 28th
+    let day = day_of_year(time_s);
+    let is_leap =
+        day_of_year(stamp(&format!("{}-12-31", year_of(time_s)), "00:00", None)?.0) > 364.5;
+    Some((if is_leap && day >= 59.0 { day - 1.0 } else { day }) * DAY_S)
+}
+
+fn year_of(time_s: f64) -> i16 {
+    let whole = (time_s / DAY_S).floor();
+    ORIGIN.saturating_add(Span::new().days(whole as i64)).year()
 }
 
 /// Whether a time since 1900, in s, lies in the night in which clocks change: the first hours of a

@@ -26,7 +26,7 @@ pub const LOG: Schema = Schema {
     what: "a log",
     style: Style::Log,
     fields: &[
-        Field::named(Q::Time, &[("s", &["time_utc", "time_unix"]), ("ns", &["t_unix_ns"])]),
+        Field::of(Q::Time),
         Field::of(Q::Date),
         Field::of(Q::Speed),
         Field::of(Q::YawRate),
@@ -217,6 +217,7 @@ pub const DRIVE_CYCLE: Schema = Schema {
         ),
         Field::named(Q::Grade, &[("", &["slope"])]),
         Field::of(Q::Altitude),
+        Field::of(Q::Position),
     ],
 };
 

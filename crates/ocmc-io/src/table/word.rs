@@ -114,6 +114,8 @@ const WORDS: &[(&str, &[&str])] = &[
     ("acceleration", &["beschleunigung", "aceleracion"]),
     ("yaw_rate", &["gierrate", "giergeschwindigkeit", "vitesse_de_lacet", "girhastighet"]),
     ("course", &["heading", "bearing", "kurs", "cap", "rumbo"]),
+    ("time_s", &["time_utc", "time_unix"]),
+    ("time_ns", &["t_unix_ns"]),
     // the names of the German weather service
     ("temperature_c", &["tt_tu"]),
     ("relative_humidity_percent", &["rf_tu"]),

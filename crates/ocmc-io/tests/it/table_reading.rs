@@ -99,7 +99,7 @@ fn descriptions_of_others_are_understood() {
     // Latin-1, as old files are
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cycle.csv");
-    fs::write(&path, b"time_s,speed_kmh,stra\xdfe\n0,0,a\n9,36,b\n18,0,c\n").unwrap();
+    fs::write(&path, b"time_s,speed_kmh,stra\xdfe\n0,0,a\n1,36,b\n2,0,c\n").unwrap();
     let cycle = drive_cycle::read(Source::File(&path), &[]).unwrap();
     assert_eq!(cycle.points().nth(1).unwrap()[1], 10.0);
 }
