@@ -15,7 +15,7 @@
 use super::{in_file, refuse_over_time};
 use crate::intake::drift::{standing, standstill_drift};
 use crate::intake::lacks::lacks;
-use crate::intake::spacing::sparse_points;
+use crate::intake::spacing::{LONGEST_M, sparse_points};
 use crate::intake::{FileAccount, contradiction};
 use crate::table::error::Fault;
 use crate::table::formats::ROUTE;
@@ -172,7 +172,10 @@ pub(super) fn read(
         } else if is_grown && positions.len() > 2 {
             let measured = odometer.then_some(positions.as_slice());
             account.judged(file, sparse_points(path, measured, &rows.limit_mps))?;
-            if let Some((rounded, given_m)) = path.rounded(measured, Rounding::LIKELY) {
+            let lengths_m = path.position_m.last().into_iter().chain(positions.last());
+            if lengths_m.fold(0.0, |most: f64, m| most.max(*m)) < LONGEST_M
+                && let Some((rounded, given_m)) = path.rounded(measured, Rounding::LIKELY)
+            {
                 positions = given_m;
                 road = Some(rounded);
             }

@@ -40,6 +40,8 @@ const STANDING_S: f64 = 8.0;
 const ZERO_MPS: f64 = 0.02;
 /// Way along which positions go less than this share is none.
 const ALONG: f64 = 0.5;
+/// Rows that are looked at from one on: a longer standstill becomes several points.
+const MOST_ROWS: usize = 4000;
 /// Points closer than this are one, in m: the last digit of a coordinate.
 const ONE_PLACE_M: f64 = 0.02;
 
@@ -70,7 +72,8 @@ pub fn standing(x_m: &[f64], y_m: &[f64]) -> Vec<Range<usize>> {
     let slow_m = SLOW_M.min(SLOW * usual_m);
     let drifts = |first: usize| {
         let is_slow = |k: &usize| steps_m[*k] <= slow_m && apart_m(first, k + 1) <= SLOW_WITHIN_M;
-        let last = (first..steps_m.len()).take_while(is_slow).last().map_or(first, |k| k + 1);
+        let rows = first..steps_m.len().min(first + MOST_ROWS);
+        let last = rows.take_while(is_slow).last().map_or(first, |k| k + 1);
         let long = last - first + 1 >= SLOW_ROWS && turned(first, last) > SLOW_TURNED_RAD;
         long.then_some(first..last + 1)
     };
@@ -79,7 +82,8 @@ pub fn standing(x_m: &[f64], y_m: &[f64]) -> Vec<Range<usize>> {
     while first + 1 < x_m.len() {
         let within = WITHIN_M.into_iter().rev().find_map(|within_m| {
             let near = |k: &usize| apart_m(first, *k) <= within_m;
-            let end = (first..x_m.len()).take_while(near).last().map_or(first, |last| last + 1);
+            let rows = first..x_m.len().min(first + MOST_ROWS);
+            let end = rows.take_while(near).last().map_or(first, |last| last + 1);
             Some(first..end).filter(wanders)
         });
         let found = drifts(first).or(within);
