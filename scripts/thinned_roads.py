@@ -21,6 +21,10 @@ import re
 import subprocess
 import tempfile
 
+# radius in m from which on curves turn less; changes in % that are wrong, and right
+WIDE_M = 1000
+WRONG_PERCENT = 2
+RIGHT_PERCENT = 0.5
 STEP_M = 5.0
 LENGTH_M = 20_000.0
 # least and largest radius, longest straight, in m, and the limit, in km/h
@@ -44,7 +48,9 @@ def road(draw: random.Random, kind: str) -> list[Point]:
     points, heading, done_m = [(0.0, 0.0)], 0.0, 0.0
     while done_m < LENGTH_M:
         radius_m = math.exp(draw.uniform(math.log(least_m), math.log(most_m)))
-        turn_deg = 90 if kind == "city" else draw.uniform(10, 90) if radius_m < 1000 else draw.uniform(5, 40)
+        turn_deg = (
+            90 if kind == "city" else draw.uniform(10, 90) if radius_m < WIDE_M else draw.uniform(5, 40)
+        )
         turn = math.radians(turn_deg) * draw.choice((-1, 1))
         length_m = radius_m * abs(turn)
         ramp_m = min(length_m / 2, 0.3 * length_m + 20)
@@ -61,38 +67,53 @@ def road(draw: random.Random, kind: str) -> list[Point]:
     return points
 
 
+def off_m(point: Point, start: Point, end: Point) -> float:
+    """Distance of a point from a stretch, in m."""
+    px, py = point[0] - start[0], point[1] - start[1]
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    along = min(1.0, max(0.0, (px * dx + py * dy) / max(dx * dx + dy * dy, 1e-9)))
+    return math.hypot(px - along * dx, py - along * dy)
+
+
 def thinned(points: list[Point], tolerance_m: float) -> list[Point]:
+    """Thin a road to its corners within a tolerance (Douglas and Peucker)."""
     keep, parts = {0, len(points) - 1}, [(0, len(points) - 1)]
     while parts:
         first, last = parts.pop()
-        (ax, ay), (bx, by) = points[first], points[last]
-        dx, dy = bx - ax, by - ay
-        square = max(dx * dx + dy * dy, 1e-9)
-
-        def distance(k: int) -> float:
-            px, py = points[k][0] - ax, points[k][1] - ay
-            along = min(1.0, max(0.0, (px * dx + py * dy) / square))
-            return math.hypot(px - along * dx, py - along * dy)
-
-        farthest = max(range(first + 1, last), key=distance, default=None)
-        if farthest is not None and distance(farthest) > tolerance_m:
+        farthest = max(
+            range(first + 1, last),
+            key=lambda k, ends=(points[first], points[last]): off_m(points[k], *ends),
+            default=None,
+        )
+        if farthest is not None and off_m(points[farthest], points[first], points[last]) > tolerance_m:
             keep.add(farthest)
             parts += [(first, farthest), (farthest, last)]
     return [points[k] for k in sorted(keep)]
 
 
 def spaced(points: list[Point], spacing_m: float) -> list[Point]:
+    """Keep a point each so many metres, and the last one."""
     some = points[:: int(spacing_m / STEP_M)]
     return some if some[-1] == points[-1] else [*some, points[-1]]
 
 
-def drive(options: argparse.Namespace, path: pathlib.Path, points: list[Point], limit: int) -> tuple[float, str]:
+def drive(
+    options: argparse.Namespace, path: pathlib.Path, points: list[Point], limit: int
+) -> tuple[float, str]:
     """Consumption of a route, infinite where it is refused, and what was printed."""
     per_degree, latitude = 111_195.0, 48.0
     shrink = math.cos(math.radians(latitude))
     rows = (f"{latitude + y / per_degree:.7f},{9 + x / per_degree / shrink:.7f},{limit}\n" for x, y in points)
     path.write_text("lat,lon,speed_limit_kmh\n" + "".join(rows))
-    words = [options.ocmc, "drive", str(path), "--study", "field-truck-loaded", "--cycles", str(options.cycles)]
+    words = [
+        options.ocmc,
+        "drive",
+        str(path),
+        "--study",
+        "field-truck-loaded",
+        "--cycles",
+        str(options.cycles),
+    ]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     found = LITRES.search(done.stdout)
     return (float(found[1]) if found else math.inf), done.stdout + done.stderr
@@ -100,7 +121,7 @@ def drive(options: argparse.Namespace, path: pathlib.Path, points: list[Point], 
 
 def of_road(options: argparse.Namespace, kind: str, number: int) -> list[tuple[str, float, str]]:
     """By thinning: its name, the change in %, and the marks of its warnings."""
-    points = road(random.Random(options.seed + number), kind)
+    points = road(random.Random(options.seed + number), kind)  # noqa: S311
     thinnings = [("5 m", points)]
     thinnings += [(f"tolerance {tolerance} m", thinned(points, tolerance)) for tolerance in TOLERANCES_M]
     thinnings += [(f"each {spacing} m", spaced(points, spacing)) for spacing in SPACINGS_M]
@@ -109,12 +130,15 @@ def of_road(options: argparse.Namespace, kind: str, number: int) -> list[tuple[s
         for name, some in thinnings:
             litres, text = drive(options, pathlib.Path(folder) / "route.csv", some, KINDS[kind][3])
             whole = whole or litres
-            marks = "".join(mark for mark, check in (("!", "[sparse-points]"), ("B", "[beeline]")) if check in text)
+            marks = "".join(
+                mark for mark, check in (("!", "[sparse-points]"), ("B", "[beeline]")) if check in text
+            )
             found.append((name, 100 * (litres / whole - 1), marks))
     return found
 
 
 def main() -> None:
+    """Drive all roads and print what their thinning changes."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("ocmc")
     parser.add_argument("--roads", type=int, default=8)
@@ -124,12 +148,14 @@ def main() -> None:
     everything = []
     for kind in KINDS:
         with concurrent.futures.ThreadPoolExecutor() as pool:
-            roads = list(pool.map(lambda number, kind=kind: of_road(options, kind, number), range(options.roads)))
+            roads = list(
+                pool.map(lambda number, kind=kind: of_road(options, kind, number), range(options.roads))
+            )
         for same in zip(*roads, strict=True):
             print(f"{kind:9}{same[0][0]:16}" + " ".join(f"{change:+.1f}{marks}" for _, change, marks in same))
             everything += same
-    off = [marks for _, change, marks in everything if abs(change) > 2]
-    right = [marks for _, change, marks in everything if abs(change) < 0.5]
+    off = [marks for _, change, marks in everything if abs(change) > WRONG_PERCENT]
+    right = [marks for _, change, marks in everything if abs(change) < RIGHT_PERCENT]
     silent, wrong = sum(not marks for marks in off), sum(bool(marks) for marks in right)
     print(f"{len(everything)} answers, {len(off)} more than 2 % off, {silent} of them without a warning;")
     print(f"{len(right)} less than 0.5 % off, {wrong} of them with a warning")

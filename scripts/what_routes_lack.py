@@ -19,17 +19,31 @@ import tempfile
 PARTS = [
     ("altitudes", ("altitude_m", "grade")),
     ("curves", ("curvature_per_m",)),
-    ("stops", ("stop_sign_s", "give_way_stop_s", "give_way_pass_mps", "red_light_s", "green_light",
-               "mission_stop_s", "railway_crossing", "speed_bump_height_m", "speed_bump_length_m")),
+    (
+        "stops",
+        (
+            "stop_sign_s",
+            "give_way_stop_s",
+            "give_way_pass_mps",
+            "red_light_s",
+            "green_light",
+            "mission_stop_s",
+            "railway_crossing",
+            "speed_bump_height_m",
+            "speed_bump_length_m",
+        ),
+    ),
 ]
 LITRES = re.compile(r"^L/100 km +([0-9.]+)", re.MULTILINE)
 
 
 def call(*words: str) -> str:
+    """Run a command and return what it prints."""
     return subprocess.run(words, check=True, capture_output=True, text=True).stdout
 
 
 def litres(options: argparse.Namespace, path: pathlib.Path) -> float:
+    """Mean litres per 100 km of a route."""
     words = ["drive", str(path), "--study", options.study, "--cycles", str(options.cycles), "--threads", "1"]
     return float(LITRES.search(call(options.ocmc, *words))[1])
 
@@ -50,6 +64,7 @@ def changes(options: argparse.Namespace, number: int) -> list[float]:
 
 
 def main() -> None:
+    """Drive roads whole and without parts, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("ocmc")
     parser.add_argument("--study", default="field-truck")

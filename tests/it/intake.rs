@@ -4,6 +4,7 @@
 use crate::others_data::shared;
 use crate::program::ocmc;
 use serde_json::Value;
+use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
 
@@ -156,7 +157,7 @@ fn columns_under_other_names_are_read_or_named() {
         let mut text = format!("{names}\n");
         for second in 0..=600 {
             let share = f64::from(second.min(40)) / 40.0;
-            text += &format!("{second},{},{slope}\n", 20.0 * share * speed);
+            _ = writeln!(text, "{second},{},{slope}", 20.0 * share * speed);
         }
         text
     };
@@ -190,7 +191,7 @@ fn columns_under_other_names_are_read_or_named() {
     let mut way_m = 0.0;
     for second in 0..=600 {
         let speed = 20.0 * f64::from(second.min(40)) / 40.0;
-        text += &format!("{second},{speed},{:.3}\n", 100.0 + way_m * 0.03 / 1.0009_f64.sqrt());
+        _ = writeln!(text, "{second},{speed},{:.3}", 100.0 + way_m * 0.03 / 1.0009_f64.sqrt());
         way_m += 0.5 * (speed + 20.0 * f64::from((second + 1).min(40)) / 40.0);
     }
     let file = written(scratch.path(), "altitude.csv", &text);
@@ -265,8 +266,8 @@ fn long_trips_count_more_where_their_length_is_known() {
     let mut text = "truck_id,consumption_l_per_100km,distance_km\n".to_owned();
     for k in 0..12 {
         let noise = f64::from(k % 3) * 0.1;
-        text += &format!("a,{},2\na,{},200\n", 40.0 + noise, 29.0 + noise);
-        text += &format!("b,{},2\nb,{},200\n", 31.0 + noise, 32.0 + noise);
+        _ = writeln!(text, "a,{},2\na,{},200", 40.0 + noise, 29.0 + noise);
+        _ = writeln!(text, "b,{},2\nb,{},200", 31.0 + noise, 32.0 + noise);
     }
     let file = written(scratch.path(), "trips.csv", &text);
     let path = scratch.path().join(&file).display().to_string();

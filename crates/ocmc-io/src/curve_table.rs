@@ -1,10 +1,10 @@
 //! Tables of measured curves, one row a curve, as `ocmc curves` writes them.
 
+use crate::intake::table::formats::CURVES;
+use crate::intake::table::given::RowPlace;
+use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, Finding};
 use crate::number_text::{count_of, rounded};
-use crate::table::formats::CURVES;
-use crate::table::given::RowPlace;
-use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::curve_speed::CurveTable;
 use ocmc_estimation::log::surroundings::Surroundings;
 

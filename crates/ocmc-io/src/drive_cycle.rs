@@ -3,12 +3,12 @@
 //! The slope of a row holds over the step that ends there; where there is none, altitudes make it.
 
 use crate::given_cycle::{checked_noise, in_file};
+use crate::intake::table::error::Fault;
+use crate::intake::table::formats::{DRIVE_CYCLE, ROUTE, TRACKS, VECTO_CYCLE};
+use crate::intake::table::source::{ending, is_table};
+use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, Finding, contradiction, slope, unused_column};
 use crate::number_text::rounded;
-use crate::table::error::Fault;
-use crate::table::formats::{DRIVE_CYCLE, ROUTE, TRACKS, VECTO_CYCLE};
-use crate::table::source::{ending, is_table};
-use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_noise::{

@@ -1,10 +1,10 @@
 //! Records of a fleet, one row a trip: which truck, which driver, and the quantity that is
 //! compared.
 
+use crate::intake::table::date;
+use crate::intake::table::formats::FLEET;
+use crate::intake::table::{Mapping, Quantity, Row, Source, Table, TableError};
 use crate::intake::{FileAccount, trip};
-use crate::table::date;
-use crate::table::formats::FLEET;
-use crate::table::{Mapping, Quantity, Row, Source, Table, TableError};
 use ocmc_estimation::fit::fleet::FleetTable;
 
 /// Names of a column with the distance of a trip.

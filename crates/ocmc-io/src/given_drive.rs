@@ -3,9 +3,9 @@
 
 use crate::given_cycle::{Account, account};
 use crate::intake::FileAccount;
+use crate::intake::table::given::GivenTable;
+use crate::intake::table::{Mapping, Source, TableError};
 use crate::study::{LoadedStudy, StudyFileError};
-use crate::table::given::GivenTable;
-use crate::table::{Mapping, Source, TableError};
 use crate::{drive_cycle, given_cycle};
 use ocmc_core::kernel::drive::scheduler::Deliver;
 use ocmc_core::operating_cycle::given::GivenCycle;

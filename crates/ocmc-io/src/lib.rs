@@ -23,7 +23,7 @@ pub mod sha256;
 pub mod shell_word;
 pub mod speed_change_table;
 pub mod study;
-pub mod table;
+pub use intake::table;
 mod table_file;
 pub mod traffic_table;
 pub mod trucks;

@@ -1,7 +1,7 @@
 //! A realised operating cycle as CSV tracks or JSON.
 
+use crate::intake::table::spreadsheet;
 use crate::study::LoadedStudy;
-use crate::table::spreadsheet;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Track, Values};
 use serde::Serialize;

@@ -5,10 +5,10 @@
 //! `driver` (or `truck`) may be absent. Any other file is a log with time, speed and limit.
 
 use crate::intake::FileAccount;
+use crate::intake::table::error::Fault;
+use crate::intake::table::formats::{LOG, SPEED_CHANGES};
+use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::log::{self, LogFile, counted, row_notes};
-use crate::table::error::Fault;
-use crate::table::formats::{LOG, SPEED_CHANGES};
-use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::speed_change::{
     LoggedChanges, SpeedChangeError, SpeedChangeOptions, SpeedChangeTable, SpeedLog, accelerations,
 };

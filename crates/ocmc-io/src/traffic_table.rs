@@ -4,9 +4,9 @@
 //! are in order of time.
 
 use crate::intake::FileAccount;
-use crate::table::clock::ClockColumn;
-use crate::table::formats::TRAFFIC;
-use crate::table::{Mapping, Quantity, Source, Table, TableError};
+use crate::intake::table::clock::ClockColumn;
+use crate::intake::table::formats::TRAFFIC;
+use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use ocmc_estimation::fit::traffic::TrafficRecord;
 use std::collections::BTreeMap;

@@ -1,14 +1,14 @@
 //! Tables of hourly weather, one row an hour, as weather services give them.
 //!
-//! The clock is the place's standard time all year ([`crate::table::clock`]). Beside it stands any
+//! The clock is the place's standard time all year ([`crate::intake::table::clock`]). Beside it stands any
 //! of the quantities of the weather.
 
+use crate::intake::table::clock::ClockColumn;
+use crate::intake::table::formats::WEATHER;
+use crate::intake::table::source::{ending, read_text};
+use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, Finding, epw};
 use crate::number_text::rounded;
-use crate::table::clock::ClockColumn;
-use crate::table::formats::WEATHER;
-use crate::table::source::{ending, read_text};
-use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 use ocmc_estimation::fit::weather::HourlyRecord;
 

@@ -226,7 +226,9 @@ fn collect_unusual(value: &Value, key: Key, path: &mut String, found: &mut Vec<U
             None
         }
         Value::Array(items) => {
-            items.iter().for_each(|item| collect_unusual(item, key, path, found));
+            for item in items {
+                collect_unusual(item, key, path, found);
+            }
             None
         }
         _ => value.as_f64(),

@@ -10,12 +10,12 @@ mod track_file;
 mod vdri;
 
 use crate::input_file;
+use crate::intake::table::error::Fault;
+use crate::intake::table::formats::{DRIVE_CYCLE, TRACKS};
+use crate::intake::table::source::{ending, is_table, read_text};
+use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, high_altitude, slope};
 use crate::sha256;
-use crate::table::error::Fault;
-use crate::table::formats::{DRIVE_CYCLE, TRACKS};
-use crate::table::source::{ending, is_table, read_text};
-use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use std::io::Read;
 use std::path::Path;

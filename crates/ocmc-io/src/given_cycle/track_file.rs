@@ -2,8 +2,8 @@
 
 use super::in_file;
 use crate::intake::FileAccount;
-use crate::table::error::Fault;
-use crate::table::{Quantity, Table, TableError};
+use crate::intake::table::error::Fault;
+use crate::intake::table::{Quantity, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Track, Values, names, rule_of};
 use serde::Deserialize;

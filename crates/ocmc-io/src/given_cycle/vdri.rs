@@ -9,10 +9,10 @@
 
 use super::in_file;
 use crate::intake::FileAccount;
-use crate::table::error::Fault;
-use crate::table::formats::VECTO_CYCLE;
-use crate::table::unit::KMH;
-use crate::table::{Mapping, Quantity, Source, Table, TableError};
+use crate::intake::table::error::Fault;
+use crate::intake::table::formats::VECTO_CYCLE;
+use crate::intake::table::unit::KMH;
+use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 

@@ -2,9 +2,9 @@
 //! checks found.
 
 use super::{End, Finding};
+use crate::intake::table::TableError;
+use crate::intake::table::error::Fault;
 use crate::number_text::count_of;
-use crate::table::TableError;
-use crate::table::error::Fault;
 use serde::Serialize;
 use std::path::Path;
 
@@ -82,7 +82,9 @@ impl FileAccount {
             columns.join(", ")
         );
         if !self.left_out.is_empty() {
-            told += &format!("; not used: `{}`", self.left_out.join("`, `"));
+            told.push_str("; not used: `");
+            told.push_str(&self.left_out.join("`, `"));
+            told.push('`');
         }
         let mended = self.findings.iter().filter(|finding| finding.end == End::Mended);
         std::iter::once(told).chain(mended.map(|finding| format!("`{file}`: {finding}"))).collect()

@@ -6,8 +6,8 @@
 //! with both figures and the unit that would explain it; a smaller difference is warned of.
 
 use super::Finding;
+use crate::intake::table::Quantity;
 use crate::number_text::rounded;
-use crate::table::Quantity;
 use ocmc_core::operating_cycle::road::route_geometry::Path2d;
 use std::f64::consts::TAU;
 

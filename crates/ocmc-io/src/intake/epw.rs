@@ -73,7 +73,7 @@ mod tests {
                 ("2", "1", hour, temperature, wind);
             cells.join(",")
         };
-        text += &format!("{}\n{}\n", cells("1", "-5.9", "999"), cells("24", "99.9", "1.8"));
+        writeln!(text, "{}\n{}", cells("1", "-5.9", "999"), cells("24", "99.9", "1.8")).unwrap();
         assert!(is_one(&text));
         let table = as_table(&text);
         let rows: Vec<&str> = table.lines().skip(8).collect();

@@ -7,7 +7,7 @@
 //! too low, the 95th percentile how far it may be on one road.
 
 use super::Finding;
-use crate::table::Quantity;
+use crate::intake::table::Quantity;
 
 /// What a route can lack, with the quantities any one of which tells it.
 const PARTS: [(&str, &[Quantity]); 3] = [

@@ -1,4 +1,4 @@
-//! What enters is judged. A reader takes a file into quantities ([`crate::table`]); checks look at
+//! What enters is judged. A reader takes a file into quantities ([`table`]); checks look at
 //! quantities, whatever the command; the account says what was read, what was left out and what is
 //! odd.
 //!
@@ -17,6 +17,7 @@ pub mod lacks;
 pub mod slope;
 pub mod spacing;
 pub mod study_value;
+pub mod table;
 pub mod trip;
 pub mod unused_column;
 pub mod values;

@@ -1,8 +1,8 @@
 //! Trips of a fleet: consumptions that no vehicle has, and trips far from all others.
 
 use super::Finding;
+use crate::intake::table::given::RowPlace;
 use crate::number_text::{grouped, rounded};
-use crate::table::given::RowPlace;
 
 /// Ends of columns, and the consumptions that road vehicles can have: none makes fuel, and the
 /// heaviest combinations uphill take some 300 L/100 km.

@@ -1,8 +1,8 @@
 //! Columns that are not used although their reader uses all that it knows.
 
 use super::Finding;
-use crate::table::Quantity;
-use crate::table::formats::LOG;
+use crate::intake::table::Quantity;
+use crate::intake::table::formats::LOG;
 
 /// Name of the check.
 const NAME: &str = "unused-column";

@@ -2,9 +2,9 @@
 //! usually have.
 
 use super::Finding;
+use crate::intake::table::given::RowPlace;
+use crate::intake::table::{Column, Style};
 use crate::number_text::{grouped, rounded};
-use crate::table::given::RowPlace;
-use crate::table::{Column, Style};
 
 /// Largest magnitude of the other values, over that of a code.
 const APART: f64 = 0.5;
@@ -115,10 +115,10 @@ fn is_code(number: f64) -> bool {
 mod tests {
     use super::*;
     use crate::intake::End;
-    use crate::table::Quantity;
+    use crate::intake::table::Quantity;
 
     fn judged(quantity: Quantity, unit: &str, values: &[f64], style: Style) -> Option<Finding> {
-        let unit = crate::table::unit::with_suffix(quantity.units(), unit).unwrap();
+        let unit = crate::intake::table::unit::with_suffix(quantity.units(), unit).unwrap();
         let column = Column { quantity, place: 0, unit, sign: 1.0, bounds: None };
         let mut watched = Watched::default();
         for (k, value) in values.iter().enumerate() {

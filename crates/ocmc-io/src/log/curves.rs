@@ -2,7 +2,7 @@
 //! fit curve-speed` reads it.
 
 use super::{LogFile, LoggedTrip, Need};
-use crate::table::{Quantity, spreadsheet};
+use crate::intake::table::{Quantity, spreadsheet};
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::curve::{

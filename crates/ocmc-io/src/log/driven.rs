@@ -5,7 +5,7 @@ use super::curves::{Steering, TripError, tells_steering_only};
 use super::noise::without_noise;
 use super::roads::{found, notes, road_log, steering_note};
 use super::{LogFile, LoggedTrip, row_notes};
-use crate::table::Quantity;
+use crate::intake::table::Quantity;
 use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};

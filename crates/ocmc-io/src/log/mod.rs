@@ -12,13 +12,13 @@ use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
 
 use crate::intake::drift::{standing_speed, standing_speeds};
+use crate::intake::table::clock::LogClock;
+use crate::intake::table::error::Fault;
+use crate::intake::table::formats::LOG;
+use crate::intake::table::given::{GivenTable, RowPlace};
+use crate::intake::table::{self, Column, Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, Finding, contradiction, slope};
 use crate::sha256;
-use crate::table::clock::LogClock;
-use crate::table::error::Fault;
-use crate::table::formats::LOG;
-use crate::table::given::{GivenTable, RowPlace};
-use crate::table::{self, Column, Mapping, Quantity, Source, Table, TableError};
 use arrow_array::Float64Array;
 use ocmc_core::operating_cycle::road::route_geometry::Path2d;
 use std::collections::BTreeMap;

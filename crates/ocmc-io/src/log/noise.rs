@@ -7,7 +7,7 @@
 use super::LoggedTrip;
 use super::curves::{TripError, tells_turns};
 use crate::given_cycle::checked_noise;
-use crate::table::Quantity;
+use crate::intake::table::Quantity;
 use arrow_array::Float64Array;
 use ocmc_core::operating_cycle::given::PointNoise;
 use ocmc_core::operating_cycle::road::route_geometry::{Path2d, interpolate};

@@ -2,7 +2,7 @@
 //! of the drive.
 
 use super::{LoggedTrip, Need, counted};
-use crate::table::Quantity;
+use crate::intake::table::Quantity;
 use ocmc_core::study::Study;
 use ocmc_estimation::identification::event::PedalLog;
 use ocmc_estimation::identification::one_truck::NamedEvent;

@@ -3,8 +3,8 @@
 use super::curves::{Steering, TripError, tells_steering_only, turning_log};
 use super::noise::noise_of_turning;
 use super::{LogFile, LoggedTrip, Need, counted, row_notes};
-use crate::table::formats::LOG;
-use crate::table::{Mapping, Quantity, Source, Table};
+use crate::intake::table::formats::LOG;
+use crate::intake::table::{Mapping, Quantity, Source, Table};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::KINDS;

@@ -50,9 +50,9 @@ pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
 use crate::given_cycle;
+use crate::intake::table::Mapping;
 use crate::intake::{Finding, study_value};
 use crate::sha256;
-use crate::table::Mapping;
 use node::Node;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};

@@ -4,8 +4,8 @@
 use super::error::{self, Cause};
 use super::files::Files;
 use crate::given_cycle;
-use crate::table::error::Fault;
-use crate::table::{Mapping, TableError};
+use crate::intake::table::error::Fault;
+use crate::intake::table::{Mapping, TableError};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::study::{Study, StudyModel};

@@ -179,11 +179,9 @@ impl Hours<'_> {
     fn correlate(&mut self, key: &'static str, values: &[f64], into: &mut f64) -> f64 {
         self.estimates.name = key;
         let Some((phi, n)) = self.hourly_correlation(values) else {
-            if self.pairs.len() < FEWEST {
-                self.estimates.stays(format_args!("fewer than {FEWEST} records are an hour apart"));
-            } else {
-                self.estimates.stays("its values are all the same, or too few");
-            }
+            let few = self.pairs.len() < FEWEST;
+            let reason = if few { "too few records are an hour apart" } else { "they do not vary" };
+            self.estimates.stays(reason);
             return *into;
         };
         let phi = self.remembered(phi);

@@ -151,14 +151,14 @@ impl LogClock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::Source;
+    use crate::intake::table::Source;
     use std::path::Path;
 
     /// Hours from the first to the last row, and the day of the year of the last one.
     fn read(stamps: &[&str], utc_offset_h: Option<f64>) -> Result<(f64, f64), TableError> {
         let text = format!("time\n{}\n", stamps.join("\n"));
         let source = Source::Text(Path::new("t.csv"), &text);
-        let file = Table::open(source, &crate::table::formats::WEATHER, &[])?;
+        let file = Table::open(source, &crate::intake::table::formats::WEATHER, &[])?;
         let mut clock = ClockColumn::find(&file, utc_offset_h)?;
         let (mut first, mut last) = (None, None);
         file.for_each(|row| {
