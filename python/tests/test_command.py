@@ -19,6 +19,11 @@ def command(*arguments):
     return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, check=False)
 
 
+def numbers(answer):
+    """An answer without what was read, which has the names of files and tables."""
+    return {key: value for key, value in answer.items() if key != "inputs"}
+
+
 def test_the_command_gives_the_same_records(run, tmp_path):
     by_command, by_python = tmp_path / "command", tmp_path / "python"
     done = command(*SHORT, "--cycles", "300", "--quiet", "--out", by_command)

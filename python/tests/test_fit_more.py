@@ -6,7 +6,7 @@ import json
 import numpy as np
 import ocmc
 import pytest
-from test_command import command
+from test_command import command, numbers
 
 
 def write(path, columns):
@@ -199,7 +199,8 @@ def test_weather_is_fitted_as_by_the_command(tmp_path):
     path = tmp_path / "hours.csv"
     write(path, hours())
     done = command("fit", "weather", path, "--json")
-    assert json.loads(done.stdout) == fit == ocmc.fit_weather(path)
+    assert json.loads(done.stdout) == ocmc.fit_weather(path)
+    assert numbers(ocmc.fit_weather(path)) == numbers(fit)
     assert command("fit", "weather", path).stdout == str(fit)
     study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
     assert len(study.set("mission.length_m", 2000).run(cycles=2)) == 2
@@ -238,7 +239,8 @@ def test_traffic_is_fitted_as_by_the_command(tmp_path):
     path = tmp_path / "traffic.csv"
     write(path, table)
     done = command("fit", "traffic", path, "--json")
-    assert json.loads(done.stdout) == fit == ocmc.fit_traffic(path)
+    assert json.loads(done.stdout) == ocmc.fit_traffic(path)
+    assert numbers(ocmc.fit_traffic(path)) == numbers(fit)
     with pytest.raises(ValueError, match="road_type"):
         ocmc.fit_traffic({"time_s": [0.0], "density_share": [0.1]})
 
@@ -266,10 +268,12 @@ def test_a_fleet_is_fitted_as_by_the_command(records, tmp_path):
     assert fit["components"][2]["sd"] == pytest.approx(np.sqrt(trips), rel=1e-5)
     assert fit["components"][1]["sd"] == pytest.approx(np.sqrt((drivers - trips) / 20), rel=1e-5)
     path = write(tmp_path / "records.csv", records)
-    assert json.loads(command("fit", "fleet", path, "--json").stdout) == fit == ocmc.fit_fleet(path)
+    assert json.loads(command("fit", "fleet", path, "--json").stdout) == ocmc.fit_fleet(path)
+    assert numbers(ocmc.fit_fleet(path)) == numbers(fit)
     assert command("fit", "fleet", path).stdout == str(fit)
     for library, make in [("pyarrow", "table"), ("polars", "DataFrame"), ("pandas", "DataFrame")]:
-        assert ocmc.fit_fleet(getattr(pytest.importorskip(library), make)(records)) == fit, library
+        other = ocmc.fit_fleet(getattr(pytest.importorskip(library), make)(records))
+        assert numbers(other) == numbers(fit), library
     # the same with drivers numbered within trucks, and other names
     own = {
         "plate": records["truck_id"],
