@@ -3,13 +3,9 @@
 use crate::intake::table::formats::CURVES;
 use crate::intake::table::given::RowPlace;
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{FileAccount, Finding};
-use crate::number_text::{count_of, rounded};
+use crate::intake::{FileAccount, curve};
 use ocmc_estimation::fit::curve_speed::CurveTable;
 use ocmc_estimation::log::surroundings::Surroundings;
-
-/// Lateral acceleration that no vehicle of a log has, in m/s²: the tyres of cars end there.
-const MOST_LATERAL_MPS2: f64 = 10.0;
 
 /// Reads a table of curves.
 ///
@@ -34,8 +30,7 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<(CurveTable, FileAcc
         table.driver.push(row.text(Quantity::Driver).to_owned());
         let mut radius_m = row.number(Quantity::Radius)?;
         let speed_mps = row.number(Quantity::Speed)?;
-        let lateral_mps2 = speed_mps * speed_mps / radius_m;
-        if lateral_mps2 > MOST_LATERAL_MPS2 {
+        if let Some(lateral_mps2) = curve::impossible_mps2(speed_mps, radius_m) {
             impossible.push((row.place(), lateral_mps2));
             radius_m = f64::NAN;
         }
@@ -73,16 +68,6 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<(CurveTable, FileAcc
         table.radius_m.push(radius_m);
         Ok(())
     })?;
-    if let Some((place, lateral_mps2)) = impossible.first() {
-        let text = format!(
-            "{} driven at more than {MOST_LATERAL_MPS2} m/s² to the side, left out, first {} m/s² in \
-             {place}",
-            count_of(impossible.len() as u64, "curve"),
-            rounded(*lateral_mps2)
-        );
-        let figures = [*lateral_mps2, MOST_LATERAL_MPS2];
-        let remedy = "no road vehicle does that: correct the row, or the unit of the speed";
-        account.findings.push(Finding::warned("impossible-curve", figures, text, remedy));
-    }
+    account.findings.extend(curve::impossible(&impossible));
     Ok((table, account))
 }

@@ -7,12 +7,12 @@ use crate::intake::table::error::Fault;
 use crate::intake::table::formats::{DRIVE_CYCLE, ROUTE, TRACKS, VECTO_CYCLE};
 use crate::intake::table::source::{ending, is_table};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{FileAccount, Finding, contradiction, slope, unused_column};
-use crate::number_text::rounded;
+use crate::intake::{FileAccount, Finding, contradiction, sampling, slope, unused_column};
 use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::route_geometry::interpolate;
 use ocmc_core::operating_cycle::road::route_noise::{
-    LEAST_NOISE_M, noise_of_values, smooth_altitudes,
+    LEAST_NOISE_M, noise_of_altitudes, smooth_altitudes,
 };
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 use ocmc_core::prescribed::{CycleStep, DriveCycle};
@@ -21,9 +21,8 @@ use std::path::Path;
 
 /// Seconds at rest from which a standstill is a stop of the route.
 const STOP_S: f64 = 0.5;
-/// Longest step between the rows of a cycle in which a vehicle moves, in s: cycles of 1 Hz are
-/// driven by their rows.
-const LONGEST_STEP_S: f64 = 1.0;
+/// Time over which the speeds of a cycle are one limit to a driver, in s.
+const LIMIT_S: f64 = 1.0;
 /// Step of cycles with rows further apart, in s: a business district by corners and at 10 Hz then
 /// take the same within 0.1 %, and with 1 s 1 % more.
 const STEP_S: f64 = 0.5;
@@ -54,7 +53,7 @@ pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
             (ours || vecto) && !names.iter().any(distance) && (time || !names.iter().any(has_place))
         }
         // a cycle whose columns are unclear is one, and says so when it is read
-        Err(error) => (ours || vecto) && error.is_ambiguous(),
+        Err(error) => (ours || vecto) && error.is_of_columns(),
     }
 }
 
@@ -113,24 +112,27 @@ pub fn read_with_account(
         _ => None,
     };
     account.judged(source.path(), contradiction::of_drive(&column))?;
+    let way_m = way_of(&time_s, &speed_mps);
     if !sloped && !altitude_m.is_empty() {
-        sine = slopes_of_altitudes(source.path(), &time_s, &speed_mps, &altitude_m)?;
+        sine = slopes_of_altitudes(source.path(), &way_m, &altitude_m)?;
     }
-    let way_m = (1..time_s.len())
-        .map(|k| 0.5 * (speed_mps[k] + speed_mps[k - 1]) * (time_s[k] - time_s[k - 1]));
-    account.judged(source.path(), slope::judge(way_m.zip(sine.iter().skip(1).copied())))?;
+    let steps_m = way_m.windows(2).map(|pair| pair[1] - pair[0]);
+    account.judged(source.path(), slope::judge(steps_m.zip(sine.iter().skip(1).copied())))?;
     let cycle = of(time_s, speed_mps, sine)?;
-    let longest_s = cycle.longest_moving_step_s();
-    if longest_s <= LONGEST_STEP_S {
-        return Ok((cycle, account));
-    }
-    let text = format!(
-        "rows are up to {} s apart: driven in steps of {STEP_S} s, the speed straight between the rows",
-        rounded(longest_s)
-    );
-    account.findings.push(Finding::mended("rows-far-apart", [longest_s, LONGEST_STEP_S], text));
+    let Some(finding) = sampling::judge(&cycle, STEP_S) else { return Ok((cycle, account)) };
+    account.findings.push(finding);
     // a small file may last for years
     Ok((cycle.refined(STEP_S.max(cycle.duration_s() / MOST_STEPS)), account))
+}
+
+/// The way up to each row, in m, with the speed straight between the rows.
+fn way_of(time_s: &[f64], speed_mps: &[f64]) -> Vec<f64> {
+    let mut way_m = vec![0.0; time_s.len()];
+    for k in 1..time_s.len() {
+        let step_m = 0.5 * (speed_mps[k] + speed_mps[k - 1]) * (time_s[k] - time_s[k - 1]);
+        way_m[k] = way_m[k - 1] + step_m.max(0.0);
+    }
+    way_m
 }
 
 /// Refuses a speed `v` without a unit: VECTO's cycles, which write `<v>`, mean km/h, other people
@@ -158,46 +160,34 @@ fn assigned(mappings: &[Mapping], name: &str) -> bool {
 /// scatter.
 fn slopes_of_altitudes(
     path: &Path,
-    time_s: &[f64],
-    speed_mps: &[f64],
+    way_m: &[f64],
     altitude_m: &[f64],
 ) -> Result<Vec<f64>, TableError> {
-    let mut position_m = vec![0.0; time_s.len()];
-    for k in 1..time_s.len() {
-        let way_m = 0.5 * (speed_mps[k] + speed_mps[k - 1]) * (time_s[k] - time_s[k - 1]);
-        position_m[k] = position_m[k - 1] + way_m.max(0.0);
-    }
     // at rest only the receiver wanders
-    let mut points: Vec<(f64, f64)> = Vec::new();
-    for (at_m, altitude_m) in position_m.iter().zip(altitude_m) {
-        if points.last().is_none_or(|last| *at_m >= last.0 + SHORTEST_STEP_M) {
-            points.push((*at_m, *altitude_m));
+    let (mut at_m, mut height_m) = (Vec::<f64>::new(), Vec::new());
+    for (way_m, altitude_m) in way_m.iter().zip(altitude_m) {
+        if at_m.last().is_none_or(|last| *way_m >= last + SHORTEST_STEP_M) {
+            at_m.push(*way_m);
+            height_m.push(*altitude_m);
         }
     }
-    let (at_m, heights): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-    let noise_m = checked_noise("altitudes", noise_of_values(&heights)).map_err(in_file(path))?;
-    if noise_m >= LEAST_NOISE_M {
-        points = smooth_altitudes(&at_m, &heights, noise_m);
+    // a vehicle that stands has no slope
+    if at_m.len() < 2 {
+        return Ok(vec![0.0; way_m.len()]);
     }
-    let mut slopes = vec![0.0; time_s.len()];
-    for k in 1..time_s.len() {
-        let way_m = position_m[k] - position_m[k - 1];
-        if way_m > 0.0 {
-            let climb_m = held(&points, position_m[k]) - held(&points, position_m[k - 1]);
-            slopes[k] = climb_m / way_m;
+    let noise_m = noise_of_altitudes(&at_m, &height_m);
+    let noise_m = checked_noise("altitudes", noise_m).map_err(in_file(path))?;
+    if noise_m >= LEAST_NOISE_M {
+        (at_m, height_m) = smooth_altitudes(&at_m, &height_m, noise_m).into_iter().unzip();
+    }
+    let mut slopes = vec![0.0; way_m.len()];
+    for k in 1..way_m.len() {
+        let [from, to] = [k - 1, k].map(|k| interpolate(&at_m, &height_m, way_m[k]));
+        if way_m[k] > way_m[k - 1] {
+            slopes[k] = (to - from) / (way_m[k] - way_m[k - 1]);
         }
     }
     Ok(slopes)
-}
-
-/// The value between points, linear, and that of the last one beyond them.
-fn held(points: &[(f64, f64)], at_m: f64) -> f64 {
-    let k = points.partition_point(|point| point.0 <= at_m);
-    match (k.checked_sub(1).map(|k| points[k]), points.get(k)) {
-        (Some((a_m, a)), Some((b_m, b))) => a + (b - a) * (at_m - a_m) / (b_m - a_m),
-        (Some((_, a)), None) => a,
-        (None, first) => first.map_or(0.0, |first| first.1),
-    }
 }
 
 /// The drive cycle as a table in CSV, from which [`read`] makes it again to the last bit.
@@ -256,7 +246,7 @@ pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, TableErro
         stretch.add(&step);
         let goes_on = steps.peek().is_some_and(|next| {
             next.speed.distance_m() > 0.0
-                && stretch.time_s + next.speed.dt_s <= LONGEST_STEP_S * (1.0 + 1e-6)
+                && stretch.time_s + next.speed.dt_s <= LIMIT_S * (1.0 + 1e-6)
         });
         if !goes_on {
             // a driver cannot be asked for less than walking pace

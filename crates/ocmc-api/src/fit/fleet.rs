@@ -133,8 +133,12 @@ fn consumption(
     let is_there = |(_, rows): &(_, Result<(FleetTable, FileAccount), _>)| {
         rows.as_ref().is_ok_and(has_numbers)
     };
+    // a column that a check refuses is there, too
+    let is_meant = |read: &(_, Result<_, TableError>)| {
+        is_there(read) || read.1.as_ref().is_err_and(TableError::is_of_check)
+    };
     let (name, rows) =
-        if is_there(&first) { first } else { read_all.find(is_there).unwrap_or(first) };
+        if is_meant(&first) { first } else { read_all.find(is_meant).unwrap_or(first) };
     Ok((name.to_owned(), rows?))
 }
 

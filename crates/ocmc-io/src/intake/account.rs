@@ -1,4 +1,4 @@
-//! What was read of a file: rows, what each column was taken for, what was left out, and what the
+//! The account of a file: rows, what each column was taken for, what was left out, and what the
 //! checks found.
 
 use super::{End, Finding};
@@ -8,7 +8,7 @@ use crate::number_text::count_of;
 use serde::Serialize;
 use std::path::Path;
 
-/// What a column was taken for.
+/// A column, and the quantity that it was taken for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReadColumn {
     /// Its name in the file.
@@ -19,18 +19,18 @@ pub struct ReadColumn {
     pub unit: &'static str,
 }
 
-/// What was read of a file, and what of it is odd.
+/// The account of what was read of a file, and of what is odd in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FileAccount {
     /// The file, or what a table is called.
     pub file: String,
     /// Rows.
     pub rows: usize,
-    /// What the columns were taken for.
+    /// The columns, as they were taken.
     pub columns: Vec<ReadColumn>,
     /// Columns that were left out.
     pub left_out: Vec<String>,
-    /// What the checks found.
+    /// Findings of the checks.
     pub findings: Vec<Finding>,
 }
 
@@ -53,7 +53,7 @@ impl FileAccount {
         Ok(())
     }
 
-    /// What was read, in a few lines: rows and columns, then what was mended.
+    /// A few lines on rows and columns, then on what was mended.
     pub fn told(&self) -> Vec<String> {
         if self.columns.is_empty() {
             return Vec::new();
@@ -90,7 +90,7 @@ impl FileAccount {
         std::iter::once(told).chain(mended.map(|finding| format!("`{file}`: {finding}"))).collect()
     }
 
-    /// What the checks warn of.
+    /// Warnings of the checks.
     pub fn warnings(&self) -> Vec<String> {
         let file = &self.file;
         let warned = self.findings.iter().filter(|finding| finding.end == End::Warned);

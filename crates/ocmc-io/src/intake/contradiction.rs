@@ -63,7 +63,7 @@ const SLOW_WARNED: f64 = 0.35;
 const DRIVING_MPS: f64 = 3.0;
 const FEWEST_ROWS: usize = 60;
 
-/// What contradicts itself in a drive over time.
+/// Contradictions in a drive over time.
 pub fn of_drive(of: Columns) -> Vec<Finding> {
     let Some((time_s, speed_mps)) = of(Quantity::Time).zip(of(Quantity::Speed)) else {
         return Vec::new();
@@ -99,7 +99,7 @@ pub fn of_drive(of: Columns) -> Vec<Finding> {
     findings
 }
 
-/// What contradicts itself in a route: positions in m, and altitudes and slopes, each slope from its
+/// Contradictions in a route: positions in m, and altitudes and slopes, each slope from its
 /// row on.
 pub fn of_route(
     position_m: Option<&[f64]>,

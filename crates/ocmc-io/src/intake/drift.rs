@@ -19,8 +19,8 @@ use std::ops::Range;
 const WITHIN_M: [f64; 3] = [3.0, 8.0, 20.0];
 /// Fewest rows.
 const FEWEST: usize = 6;
-/// Mean steps below these are short, in m, or over the usual step of the track (judgement).
-const SHORT_M: f64 = 1.5;
+/// Mean steps below this are short, over the usual step of the track (judgement): points that are
+/// close everywhere scatter on the way, too.
 const SHORT: f64 = 0.2;
 /// Way over the distance of the ends.
 const DETOUR: f64 = 2.0;
@@ -52,7 +52,7 @@ pub fn standing(x_m: &[f64], y_m: &[f64]) -> Vec<Range<usize>> {
     let mut sorted = steps_m.clone();
     sorted.sort_by(f64::total_cmp);
     let usual_m = sorted.get(9 * sorted.len() / 10).copied().unwrap_or(0.0);
-    let short_m = SHORT_M.max(SHORT * usual_m);
+    let short_m = SHORT * usual_m;
     let apart_m = |a: usize, b: usize| {
         ((x_m[b] - x_m[a]) * (x_m[b] - x_m[a]) + (y_m[b] - y_m[a]) * (y_m[b] - y_m[a])).sqrt()
     };
@@ -98,7 +98,7 @@ pub fn standing(x_m: &[f64], y_m: &[f64]) -> Vec<Range<usize>> {
     clusters
 }
 
-/// What is said of clusters that became one row each; none where points are repeated only.
+/// Names clusters that became one row each; none where points are repeated only.
 pub fn standstill_drift(x_m: &[f64], y_m: &[f64], clusters: &[Range<usize>]) -> Option<Finding> {
     let (_, steps_m) = turns(x_m, y_m);
     let way_of = |rows: &Range<usize>| steps_m[rows.start..rows.end - 1].iter().sum::<f64>();
@@ -146,7 +146,7 @@ pub fn standing_speeds(
     found
 }
 
-/// What is said of rows whose speed became 0.
+/// Names rows whose speed became 0.
 pub fn standing_speed(rows: &[Range<usize>], speed_mps: &[f64]) -> Option<Finding> {
     let speeds = rows.iter().flat_map(|rows| &speed_mps[rows.clone()]);
     let most_mps = speeds.map(|speed| speed.abs()).fold(0.0, f64::max);

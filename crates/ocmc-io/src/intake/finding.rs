@@ -1,4 +1,4 @@
-//! What a check found, and how it ends.
+//! A finding of a check, and how it ends.
 
 use serde::Serialize;
 use std::fmt;
@@ -11,24 +11,24 @@ pub enum End {
     Refused,
     /// The file is used as it is, and the answer may be wrong.
     Warned,
-    /// What was found is made up for, and the answer is right.
+    /// The file is made up for what was found, and the answer is right.
     Mended,
 }
 
-/// What a check found in a file.
+/// A finding of a check in a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// Name of the check, such as `sparse-points`.
     pub check: &'static str,
     /// How it ends.
     pub end: End,
-    /// What is compared, in the unit that the text has.
+    /// The figure that is compared, in the unit that the text has.
     pub figure: f64,
-    /// What it is compared with.
+    /// The bound that it is compared with.
     pub bound: f64,
-    /// What was found, in words, with its figures.
+    /// The finding in words, with its figures.
     pub text: String,
-    /// What to do, in words; empty where there is nothing to do.
+    /// The remedy in words; empty where there is nothing to do.
     pub remedy: String,
 }
 

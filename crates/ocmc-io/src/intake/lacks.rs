@@ -1,4 +1,4 @@
-//! What a route does not say, and what that is worth.
+//! Parts that a route lacks, and what they are worth.
 //!
 //! A route has a limit; altitudes, curves and stops are driven where they are given and are absent
 //! where not, while traffic, weather and payload are drawn from the study. What is absent was driven
@@ -9,7 +9,7 @@
 use super::Finding;
 use crate::intake::table::Quantity;
 
-/// What a route can lack, with the quantities any one of which tells it.
+/// Parts that a route can lack, with the quantities any one of which tells it.
 const PARTS: [(&str, &[Quantity]); 3] = [
     ("altitudes", &[Quantity::Altitude, Quantity::Grade]),
     ("curves", &[Quantity::Latitude, Quantity::Curvature]),
@@ -28,10 +28,10 @@ const WORTH_PERCENT: [[f64; 2]; 8] = [
     [-9.2, 18.3],
     [-22.0, 31.0],
 ];
-/// What is warned of, in %.
+/// Change that is warned of, in %.
 const BOUND_PERCENT: f64 = 2.0;
 
-/// What a route lacks whose columns are these.
+/// Names the parts that a route with these columns lacks.
 pub fn lacks(quantities: &[Quantity]) -> Option<Finding> {
     let missing = |part: &(&str, &[Quantity])| !part.1.iter().any(|q| quantities.contains(q));
     let bits = PARTS.iter().enumerate().map(|(k, part)| usize::from(missing(part)) << k);

@@ -8,12 +8,14 @@
 
 pub mod account;
 pub mod contradiction;
+pub mod curve;
 pub mod drift;
 pub mod epw;
 pub mod finding;
 pub mod fuel_map;
 pub mod high_altitude;
 pub mod lacks;
+pub mod sampling;
 pub mod slope;
 pub mod spacing;
 pub mod study_value;

@@ -22,7 +22,7 @@ pub fn is_possible(column: &str, value: f64) -> bool {
     range.is_none_or(|(_, [low, high])| !(value < *low || value > *high))
 }
 
-/// What is said of trips that were left out because they cannot be.
+/// Names trips that were left out because they cannot be.
 pub fn impossible(column: &str, trips: &[(RowPlace, f64)]) -> Option<Finding> {
     let (place, value) = trips.first()?;
     let (_, [low, high]) = POSSIBLE.iter().find(|(end, _)| column.ends_with(end))?;

@@ -13,7 +13,7 @@ const OTHER_CODES: [f64; 4] = [32_767.0, 65_535.0, 16_777_215.0, 1e20];
 /// Share of the values of a log from which on unusual ones are named: a receiver may jump.
 const OF_LOG: f64 = 0.01;
 
-/// What is remembered of the values of a column.
+/// Values of a column, as far as they are remembered.
 #[derive(Clone, Debug, Default)]
 pub struct Watched {
     values: usize,
@@ -47,7 +47,7 @@ impl Watched {
         }
     }
 
-    /// What there is to say of the column that is called `name`.
+    /// Judges the column that is called `name`.
     pub fn judge(&self, name: &str, column: &Column, style: Style) -> Option<Finding> {
         self.missing_code(name, style).or_else(|| self.unusual(name, column, style))
     }

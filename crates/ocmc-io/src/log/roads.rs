@@ -35,7 +35,7 @@ pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
                 || table.names().iter().any(named)
         }
         // a log whose columns are unclear is one, and says so when it is read
-        Err(error) => error.is_ambiguous(),
+        Err(error) => error.is_of_columns(),
     }
 }
 

@@ -83,9 +83,21 @@ impl LoadedStudy {
         &self.files
     }
 
-    /// What is unusual in it.
+    /// Warnings of checks: of unusual numbers, and of the files of its routes.
     pub fn warnings(&self) -> Vec<String> {
-        study_value::judge(&self.model).iter().map(Finding::to_string).collect()
+        let numbers = study_value::judge(&self.model);
+        let mut warnings: Vec<String> = numbers.iter().map(Finding::to_string).collect();
+        for route in &self.model.mission.routes {
+            let path = Path::new(&route.file);
+            let of_file = || {
+                let mappings = Mapping::of_columns(&route.columns).ok()?;
+                given_cycle::read_with_account(path, &mappings).ok()
+            };
+            // a route that is built in has been read by us
+            let read = if given_cycle::built_in(path).is_some() { None } else { of_file() };
+            warnings.extend(read.into_iter().flat_map(|(_, account)| account.warnings()));
+        }
+        warnings
     }
 
     /// The study with more settings, as if [`load`] had met them behind those that it has.

@@ -38,6 +38,10 @@ const FEWEST: usize = 30;
 const FAR_M: f64 = 100.0;
 /// Likewise of altitudes, in m (judgement).
 const FAR_ALTITUDES_M: f64 = 200.0;
+/// Times that a point may scatter of the way between its neighbours until that has no direction.
+const BLURRED: f64 = 4.0;
+/// Way over which points that scatter by some metres have a direction, in m.
+const DIRECTED_M: f64 = 40.0;
 /// Share of bends in turn from which on they are errors.
 const IN_TURN: f64 = 0.6;
 /// Grids of positions and of altitudes, in m.
@@ -98,7 +102,8 @@ pub fn noise_of_altitudes(position_m: &[f64], altitude_m: &[f64]) -> f64 {
     noise_of_bends(&bends)
 }
 
-/// SD of the noise of points on a plane across their path, in m.
+/// SD of the noise of points on a plane across their path, in m. Where points are closer than they
+/// scatter, the way between neighbours has no direction: there it is that over more points.
 pub fn noise_of_points(x_m: &[f64], y_m: &[f64]) -> f64 {
     let beside = |k: usize| {
         let (bx, by) = (x_m[k + 1] - x_m[k - 1], y_m[k + 1] - y_m[k - 1]);
@@ -107,8 +112,41 @@ pub fn noise_of_points(x_m: &[f64], y_m: &[f64]) -> f64 {
         let far = libm::hypot(px, py).max(libm::hypot(bx - px, by - py)) > FAR_M;
         (!far).then(|| if chord > 0.0 { (px * by - py * bx) / chord } else { 0.0 })
     };
-    let beside: Vec<Option<f64>> = (1..x_m.len().saturating_sub(1)).map(beside).collect();
-    noise_of_bends(&beside)
+    let bends: Vec<Option<f64>> = (1..x_m.len().saturating_sub(1)).map(beside).collect();
+    let noise_m = noise_of_bends(&bends);
+    let is_directed = noise_m > 0.0 && BLURRED * noise_m < median_chord_m(x_m, y_m, 1);
+    let Some(reach) = points_along(x_m, y_m).filter(|_| !is_directed) else { return noise_m };
+    let beside = |k: usize| {
+        let (a, b) = (k - reach, k + reach);
+        let (bx, by) = (x_m[b] - x_m[a], y_m[b] - y_m[a]);
+        let chord = libm::hypot(bx, by);
+        let px = x_m[k] - 0.5 * (x_m[k - 1] + x_m[k + 1]);
+        let py = y_m[k] - 0.5 * (y_m[k - 1] + y_m[k + 1]);
+        Some(if chord > 0.0 { (px * by - py * bx) / chord } else { 0.0 })
+    };
+    let bends: Vec<Option<f64>> = (reach..x_m.len() - reach).map(beside).collect();
+    noise_of_bends(&bends)
+}
+
+/// Points to either side over which the way has a direction; none where neighbours are that far.
+fn points_along(x_m: &[f64], y_m: &[f64]) -> Option<usize> {
+    let mut reach = 1;
+    while 2 * reach + FEWEST < x_m.len() {
+        if median_chord_m(x_m, y_m, reach) >= DIRECTED_M {
+            return (reach > 1).then_some(reach);
+        }
+        reach *= 2;
+    }
+    None
+}
+
+/// Median distance of points that are `reach` before and behind another one, in m.
+fn median_chord_m(x_m: &[f64], y_m: &[f64], reach: usize) -> f64 {
+    let chord =
+        |k: usize| libm::hypot(x_m[k + reach] - x_m[k - reach], y_m[k + reach] - y_m[k - reach]);
+    let mut chords_m: Vec<f64> = (reach..x_m.len() - reach).map(chord).collect();
+    chords_m.sort_by(f64::total_cmp);
+    chords_m[chords_m.len() / 2]
 }
 
 /// Values on a grid.
@@ -389,6 +427,18 @@ mod tests {
         let at = |k: usize| smooth[2 * k].1 - clean[k];
         let mean = (0..1990).map(|k| at(k) * at(k)).sum::<f64>() / 1990.0;
         assert!(mean.sqrt() < 1.2, "{mean}");
+    }
+
+    #[test]
+    fn points_closer_than_they_scatter_have_noise() {
+        let (e, f) = (scattered(4000), scattered(8000));
+        for noise_m in [1.0, 3.0] {
+            let at = |k: usize| (k as f64 / 300.0).sin_cos();
+            let x: Vec<f64> = (0..4000).map(|k| 300.0 * at(k).0 + noise_m * e[k]).collect();
+            let y: Vec<f64> = (0..4000).map(|k| 300.0 * at(k).1 + noise_m * f[4000 + k]).collect();
+            let found_m = noise_of_points(&x, &y);
+            assert!((found_m / noise_m - 1.0).abs() < 0.1, "{noise_m}: {found_m}");
+        }
     }
 
     #[test]

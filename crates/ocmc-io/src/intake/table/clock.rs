@@ -30,7 +30,7 @@ pub(crate) struct ClockColumn {
 /// in spring and the hour that comes twice in autumn. Times go on as if the clock had not changed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ClockChanges {
-    /// What is added to the clock, in s.
+    /// Time that is added to the clock, in s.
     added_s: f64,
     /// The last stamp, and the time between the last two.
     last: Option<f64>,
@@ -62,7 +62,7 @@ impl ClockChanges {
         stamp_s + self.added_s
     }
 
-    /// What was made up for.
+    /// Changes that were made up for.
     pub(crate) fn finding(&self) -> Option<Finding> {
         let count = self.seen.len();
         let first = self.seen.first()?;
@@ -84,7 +84,7 @@ impl ClockColumn {
         Ok(Self { quantity: column.quantity, place_s, changes: ClockChanges::default() })
     }
 
-    /// What was made up for.
+    /// Changes that were made up for.
     pub(crate) fn finding(&self) -> Option<Finding> {
         self.changes.finding()
     }
@@ -142,7 +142,7 @@ impl LogClock {
         }
     }
 
-    /// What was made up for.
+    /// Changes that were made up for.
     pub(crate) fn finding(&self) -> Option<Finding> {
         self.changes.finding()
     }

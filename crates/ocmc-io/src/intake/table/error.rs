@@ -320,9 +320,14 @@ impl TableError {
         )
     }
 
-    /// Whether it is that two columns are the same quantity.
-    pub(crate) fn is_ambiguous(&self) -> bool {
-        matches!(*self.fault, Fault::Ambiguous { .. })
+    /// Whether columns are there and unclear: two of one quantity, or one with two units.
+    pub(crate) fn is_of_columns(&self) -> bool {
+        matches!(*self.fault, Fault::Ambiguous { .. } | Fault::Bracket { .. })
+    }
+
+    /// Whether a check refuses what was read.
+    pub fn is_of_check(&self) -> bool {
+        matches!(*self.fault, Fault::Check(_))
     }
 }
 

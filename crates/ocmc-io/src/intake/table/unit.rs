@@ -14,11 +14,11 @@ pub struct Unit {
     pub factor: f64,
     /// Its zero in SI.
     pub offset: f64,
-    /// What is taken of the number then.
+    /// Function of the number then.
     pub scale: Scale,
 }
 
-/// What a quantity is of the number that its unit makes.
+/// Function of the number that a unit makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// The number.
