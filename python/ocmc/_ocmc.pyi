@@ -137,10 +137,20 @@ def fit_fleet(
     seed: SupportsIndex = 1,
 ) -> Answer: ...
 def fit_traffic(
-    table: object, *, columns: _Columns = None, base: Study | None = None, utc_offset_h: float | None = None
+    table: object,
+    *,
+    columns: _Columns = None,
+    base: Study | None = None,
+    utc_offset_h: float | None = None,
+    zone: str | None = None,
 ) -> Answer: ...
 def fit_weather(
-    table: object, *, columns: _Columns = None, base: Study | None = None, utc_offset_h: float | None = None
+    table: object,
+    *,
+    columns: _Columns = None,
+    base: Study | None = None,
+    utc_offset_h: float | None = None,
+    zone: str | None = None,
 ) -> Answer: ...
 def identify(
     logs: object,

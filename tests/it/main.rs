@@ -46,6 +46,7 @@ mod map_corners;
 mod merge;
 mod mission_parts;
 mod noisy_routes;
+mod odd_inputs;
 mod others_data;
 mod parts;
 mod precision;

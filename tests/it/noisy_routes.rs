@@ -17,7 +17,7 @@ use std::path::Path;
 
 /// Points of the road of a study's cycle, one every so many metres: east, north and up, in m, and
 /// the limit, in m/s.
-fn points(study: &Study, cycle_id: u64, spacing_m: f64) -> Vec<[f64; 4]> {
+pub(crate) fn points(study: &Study, cycle_id: u64, spacing_m: f64) -> Vec<[f64; 4]> {
     let road = study.sample(1, cycle_id).cycle.road;
     let (mut x, mut y, mut z, mut heading) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     let mut points = Vec::new();

@@ -5,6 +5,7 @@ use crate::source::{Mapping, Source};
 use crate::watch::{Progress, Watch};
 use ocmc_estimation::log::curve::CurveDetection;
 use ocmc_estimation::log::signal::LogCounts;
+use ocmc_io::intake::FileAccount;
 use ocmc_io::log::curves::{FoundCurves, needs, write_csv};
 use ocmc_io::number_text::{count_of, grouped, rounded};
 use serde::Serialize;
@@ -42,6 +43,8 @@ pub struct CurvesAnswer {
     pub left_out: usize,
     /// The curves of the others.
     pub drives: Vec<TripCurves>,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
 }
 
 /// Finds the curves of all drives of the logs. `warn` receives what is odd in a log, and what is
@@ -86,15 +89,16 @@ pub fn curves(
     for (place, fault) in &found.left_out {
         warn(&format!("{place} is left out: {fault}"));
     }
-    let FoundCurves { drives, left_out } = found;
-    Ok(CurvesAnswer { options: *options, left_out: left_out.len(), drives })
+    let FoundCurves { drives, left_out, inputs } = found;
+    Ok(CurvesAnswer { options: *options, left_out: left_out.len(), drives, inputs })
 }
 
 impl CurvesAnswer {
     /// What was found, and everything that was not used, for people; without a line end.
     pub fn account(&self) -> String {
         let Self { drives, left_out, .. } = self;
-        let mut text = String::new();
+        let mut text = FileAccount::told_of(&self.inputs).join("\n");
+        text.push('\n');
         if drives.len() <= MOST_LINES {
             for drive in drives {
                 let found = &drive.detection;

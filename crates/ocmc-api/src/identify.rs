@@ -6,6 +6,7 @@ use crate::source::{Mapping, Source};
 use crate::watch::{Progress, Watch, aside};
 use ocmc_estimation::identification::identify::{DriverParameterFit, EventFit};
 use ocmc_estimation::identification::population::Population;
+use ocmc_io::intake::FileAccount;
 use ocmc_io::log::identification::{Identification, LeftOut, TruckMass};
 use ocmc_io::log::pedals::NEEDS;
 use ocmc_io::study::{LoadedStudy, Origin};
@@ -48,6 +49,8 @@ pub struct IdentifyAnswer {
     pub left_out: Vec<LeftOut>,
     /// Rows that are not used.
     pub notes: Vec<String>,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
     #[serde(skip)]
     warnings: Vec<String>,
 }
@@ -97,7 +100,7 @@ pub fn identify(
         other => other.to_string(),
     };
     let (population, warnings) = (found.population(), found.left_out_warnings());
-    let Identification { fits, trucks, left_out, notes, .. } = found;
+    let Identification { fits, trucks, left_out, notes, inputs, .. } = found;
     Ok(IdentifyAnswer {
         study,
         options: *options,
@@ -106,11 +109,16 @@ pub fn identify(
         population,
         left_out,
         notes,
+        inputs,
         warnings,
     })
 }
 
 impl Answer for IdentifyAnswer {
+    fn notes(&self) -> Vec<String> {
+        FileAccount::told_of(&self.inputs)
+    }
+
     fn text(&self) -> String {
         let mut text = String::new();
         for fit in &self.fits {

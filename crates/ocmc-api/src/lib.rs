@@ -68,8 +68,8 @@ pub use fit::{
     Best, CalibrateCurveSpeedRequest, CalibrationOptions, Coding, CurveSpeedCalibration,
     CurveSpeedOptions, CurveSpeedRequest, FitAnswer, FleetAnswer, FleetOptions, FleetRequest,
     HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS, MeasuredTable, OperatingCycleRequest,
-    RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest, Trips,
-    WeatherRequest, calibrate_curve_speed, fit_curve_speed, fit_fleet, fit_operating_cycle,
+    PlaceClock, RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest,
+    Trips, WeatherRequest, calibrate_curve_speed, fit_curve_speed, fit_fleet, fit_operating_cycle,
     fit_speed_change, fit_traffic, fit_weather,
 };
 pub use identify::{
@@ -92,7 +92,7 @@ pub use simulator_study::{
     simulator_study,
 };
 pub use size::{Season, SizeAnswer, SizeRequest, size};
-pub use source::{GivenTable, Mapping, Source, UTC_OFFSETS_H, mappings};
+pub use source::{GivenTable, Mapping, Source, mappings};
 pub use stored::{
     GROUP_ROWS, PartsError, in_our_order, joined, load, record_batch, records, save, schema,
     summed_up,

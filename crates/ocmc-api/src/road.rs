@@ -42,6 +42,8 @@ pub struct RoadAnswer {
     pub roads: Vec<MadeRoad>,
     /// Number of drives that gave none.
     pub left_out: usize,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
 }
 
 /// A road as an operating cycle; its JSON is a file that is driven.
@@ -141,7 +143,7 @@ pub fn road(
     let roads: Vec<MadeRoad> = found.drives.iter().filter_map(made).collect();
     let doubts = roads.iter().flat_map(|road| &road.account.warnings);
     doubts.for_each(|doubt| warn(doubt));
-    Ok(RoadAnswer { roads, left_out: found.left_out.len() })
+    Ok(RoadAnswer { roads, left_out: found.left_out.len(), inputs: found.inputs })
 }
 
 /// The drives of logs with their roads; one at least.
@@ -202,6 +204,10 @@ pub(crate) fn told(
 const WIDTHS: [usize; 6] = [30, 9, 8, 8, 10, 12];
 
 impl Answer for RoadAnswer {
+    fn notes(&self) -> Vec<String> {
+        FileAccount::told_of(&self.inputs)
+    }
+
     fn text(&self) -> String {
         let rows = self.roads.iter().map(|road| {
             let name: String = road.name.chars().take(WIDTHS[0] - 1).collect();

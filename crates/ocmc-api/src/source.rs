@@ -8,7 +8,6 @@ use ocmc_vecto::file::vmod;
 use std::path::{Path, PathBuf};
 
 pub use ocmc_io::table::Mapping;
-pub use ocmc_io::table::clock::UTC_OFFSETS_H;
 pub use ocmc_io::table::given::GivenTable;
 
 /// Where measurements come from.
@@ -50,7 +49,7 @@ impl Source {
             }
             _ => read(self.lent(), mappings, needs)?,
         };
-        file.warnings().iter().for_each(|warning| warn(warning));
+        file.read.warnings().iter().for_each(|warning| warn(warning));
         Ok(file)
     }
 }

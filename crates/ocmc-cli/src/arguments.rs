@@ -7,8 +7,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
-    Answer, Error, LAST_CYCLE_ID, MOST_THREADS, RunPlan, Source, UTC_OFFSETS_H, Watch, Word,
-    check_empty,
+    Answer, Error, LAST_CYCLE_ID, MOST_THREADS, RunPlan, Source, Watch, Word, check_empty,
 };
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -229,13 +228,6 @@ pub(crate) fn share(text: &str) -> Result<f64, String> {
         return Err(format!("the unit is missing: type {text}%"));
     }
     Ok(share)
-}
-
-/// By how many hours a standard time is ahead of UTC.
-pub(crate) fn utc_offset_h(text: &str) -> Result<f64, String> {
-    let hours = text.parse().ok().filter(|hours| UTC_OFFSETS_H.contains(hours));
-    let [least, most] = [UTC_OFFSETS_H.start(), UTC_OFFSETS_H.end()];
-    hours.ok_or_else(|| format!("allowed are hours from {least} to {most}"))
 }
 
 #[cfg(test)]

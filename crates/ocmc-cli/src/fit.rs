@@ -1,6 +1,6 @@
 //! `ocmc fit`: from measurements to the numbers of a study.
 
-use crate::arguments::{FileOptions, one_of, share, sources, utc_offset_h, whole_number};
+use crate::arguments::{FileOptions, one_of, share, sources, whole_number};
 use crate::failure::Failure;
 use crate::log::SteeringArguments;
 use crate::output::{self, warn};
@@ -10,8 +10,8 @@ use ocmc_api::study::StudyModel;
 use ocmc_api::{
     BESTS, Best, CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error,
     FitAnswer, FleetOptions, FleetRequest, HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS,
-    OperatingCycleRequest, RoadOptions, RoadSource, Source, SpeedChangeOptions, SpeedChangeRequest,
-    fit_traffic, fit_weather, go_on, mappings,
+    OperatingCycleRequest, PlaceClock, RoadOptions, RoadSource, Source, SpeedChangeOptions,
+    SpeedChangeRequest, fit_traffic, fit_weather, go_on, mappings,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -193,8 +193,12 @@ pub(crate) struct HourlyFitArguments {
     map: Vec<String>,
     /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an
     /// offset, such as 2024-03-01T14:00Z
-    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset_h)]
-    utc_offset: Option<f64>,
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset)]
+    utc_offset: Option<PlaceClock>,
+    /// Time zone of the place, such as Europe/Berlin, for times in UTC or with an offset, and for
+    /// local times with summer time
+    #[arg(long, value_name = "NAME", conflicts_with = "utc_offset", value_parser = PlaceClock::zone)]
+    zone: Option<PlaceClock>,
     #[command(flatten)]
     fitted: FittedArguments,
 }
@@ -243,6 +247,11 @@ pub(crate) struct FleetArguments {
     /// The answer as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// The clock of a place by the hours by which its standard time is ahead of UTC.
+fn utc_offset(text: &str) -> Result<PlaceClock, String> {
+    PlaceClock::ahead(text.parse().unwrap_or(f64::NAN))
 }
 
 /// Fits what was asked for.
@@ -342,10 +351,15 @@ fn hourly<Fit: Serialize>(
     command: &str,
     ask: fn(&HourlyFitRequest) -> Result<FitAnswer<Fit>, Error>,
 ) -> Result<(), Failure> {
-    let HourlyFitArguments { file, map, utc_offset, fitted } = arguments;
+    let HourlyFitArguments { file, map, utc_offset, zone, fitted } = arguments;
     let base = &fitted.base()?;
     let (table, mappings) = (Source::File(file.clone()), mappings(map)?);
-    let request = HourlyFitRequest { table, mappings, base, utc_offset_h: *utc_offset };
+    let request = HourlyFitRequest {
+        table,
+        mappings,
+        base,
+        place: utc_offset.clone().or_else(|| zone.clone()),
+    };
     deliver(fitted, command, from_ref(file), &ask(&request)?)
 }
 

@@ -182,6 +182,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     };
     let answer = watched(*quiet, |watch| ocmc_api::identify(&request, &mut warn, watch))?;
     if !quiet {
+        answer.notes().iter().for_each(|told| output::note(told));
         answer.warnings().iter().for_each(|warning| warn(warning));
     }
     output::answer(&if arguments.json { format!("{}\n", answer.to_json()) } else { answer.text() })

@@ -119,6 +119,7 @@ pub(crate) fn road(arguments: &RoadArguments) -> Result<(), Failure> {
     };
     let answer = watched(*quiet, |watch| ocmc_api::road(&request, &mut remarks(*quiet), watch))?;
     if !quiet {
+        answer.notes().iter().for_each(|told| output::note(told));
         output::note(answer.text().trim_end());
     }
     match (answer.roads.as_slice(), out) {

@@ -125,8 +125,9 @@ pub struct FactorShare {
 pub enum SensitivityError {
     /// Too few rows are complete.
     #[error(
-        "{rows} of the rows have `{column}` in every cycle, {dropped} do not; at least \
-         {LEAST_ROWS} are needed"
+        "{} with `{column}` in every cycle{}; at least {LEAST_ROWS} are needed",
+        if *rows == 1 { "1 row".to_owned() } else { format!("{rows} rows") },
+        if *dropped == 0 { String::new() } else { format!(", {dropped} without it in some") }
     )]
     TooFewRows {
         /// Name of the quantity.

@@ -3,11 +3,14 @@
 //! The slope of a row holds over the step that ends there; where there is none, altitudes make it.
 
 use crate::given_cycle::{checked_noise, in_file};
+use crate::intake::table::clock::LogClock;
 use crate::intake::table::error::Fault;
 use crate::intake::table::formats::{DRIVE_CYCLE, ROUTE, TRACKS, VECTO_CYCLE};
 use crate::intake::table::source::{ending, is_table};
-use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{FileAccount, Finding, contradiction, sampling, slope, unused_column};
+use crate::intake::table::{Mapping, Quantity, Row, Source, Table, TableError};
+use crate::intake::{
+    Extent, FileAccount, Finding, contradiction, jump, sampling, slope, unused_column,
+};
 use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_geometry::interpolate;
@@ -85,8 +88,9 @@ pub fn read_with_account(
         DriveCycle::new(time_s, speed_mps, sine)
             .map_err(|error| TableError::of(source.path(), Fault::DriveCycle(error)))
     };
+    let (mut clock, mut origin_s) = (LogClock::default(), None);
     let mut account = table.for_each(|row| {
-        time_s.push(row.number(Quantity::Time)?);
+        time_s.push(time_of(row, &mut clock, &mut origin_s)?);
         speed_mps.push(row.number(Quantity::Speed)?);
         altitude_m.extend(row.optional(Quantity::Altitude)?);
         position_m.extend(row.optional(Quantity::Position)?);
@@ -102,6 +106,8 @@ pub fn read_with_account(
             _ => Ok(()),
         }
     })?;
+    account.findings.extend(clock.finding());
+    account.extent = Extent::of_drives([(&time_s[..], Some(&speed_mps[..]))].into_iter());
     account.findings.extend(unused_column::judge(&account.left_out, &allowed));
     let column = |quantity| match quantity {
         Quantity::Time => Some(time_s.as_slice()),
@@ -114,7 +120,9 @@ pub fn read_with_account(
     account.judged(source.path(), contradiction::of_drive(&column))?;
     let way_m = way_of(&time_s, &speed_mps);
     if !sloped && !altitude_m.is_empty() {
-        sine = slopes_of_altitudes(source.path(), &way_m, &altitude_m)?;
+        let spikes;
+        (sine, spikes) = slopes_of_altitudes(source.path(), &way_m, &altitude_m)?;
+        account.findings.extend(spikes);
     }
     let steps_m = way_m.windows(2).map(|pair| pair[1] - pair[0]);
     account.judged(source.path(), slope::judge(steps_m.zip(sine.iter().skip(1).copied())))?;
@@ -123,6 +131,17 @@ pub fn read_with_account(
     account.findings.push(finding);
     // a small file may last for years
     Ok((cycle.refined(STEP_S.max(cycle.duration_s() / MOST_STEPS)), account))
+}
+
+/// The time of a row, in s: a number, or a date, counted from the first one.
+fn time_of(row: &Row, clock: &mut LogClock, origin_s: &mut Option<f64>) -> Result<f64, TableError> {
+    let text = row.text(Quantity::Time);
+    if text.contains([':', 'T'])
+        && let Ok(time_s) = clock.time_s(text)
+    {
+        return Ok(time_s - *origin_s.get_or_insert(time_s));
+    }
+    row.number(Quantity::Time)
 }
 
 /// The way up to each row, in m, with the speed straight between the rows.
@@ -157,24 +176,27 @@ fn assigned(mappings: &[Mapping], name: &str) -> bool {
 }
 
 /// The slope of each row, over the step that ends there, from altitudes: smoothed first where they
-/// scatter.
+/// scatter, and with what was left out of them.
 fn slopes_of_altitudes(
     path: &Path,
     way_m: &[f64],
     altitude_m: &[f64],
-) -> Result<Vec<f64>, TableError> {
+) -> Result<(Vec<f64>, Option<Finding>), TableError> {
     // at rest only the receiver wanders
     let (mut at_m, mut height_m) = (Vec::<f64>::new(), Vec::new());
-    for (way_m, altitude_m) in way_m.iter().zip(altitude_m) {
+    let mut rows = Vec::new();
+    for (row, (way_m, altitude_m)) in way_m.iter().zip(altitude_m).enumerate() {
         if at_m.last().is_none_or(|last| *way_m >= last + SHORTEST_STEP_M) {
             at_m.push(*way_m);
             height_m.push(*altitude_m);
+            rows.push(row + 1);
         }
     }
     // a vehicle that stands has no slope
     if at_m.len() < 2 {
-        return Ok(vec![0.0; way_m.len()]);
+        return Ok((vec![0.0; way_m.len()], None));
     }
+    let spikes = jump::altitude_spikes(&at_m, &mut height_m, |k| format!("row {}", rows[k]));
     let noise_m = noise_of_altitudes(&at_m, &height_m);
     let noise_m = checked_noise("altitudes", noise_m).map_err(in_file(path))?;
     if noise_m >= LEAST_NOISE_M {
@@ -187,7 +209,7 @@ fn slopes_of_altitudes(
             slopes[k] = (to - from) / (way_m[k] - way_m[k - 1]);
         }
     }
-    Ok(slopes)
+    Ok((slopes, spikes))
 }
 
 /// The drive cycle as a table in CSV, from which [`read`] makes it again to the last bit.

@@ -88,8 +88,10 @@ pub fn read(
         }
         Ok(())
     })?;
+    let all = trips.iter().filter(|trip| trip.1.is_finite()).count();
+    account.judged(source.path(), trip::impossible(column, &impossible, all))?;
     trips.retain(|(_, value)| trip::is_possible(column, *value));
-    account.findings.extend(trip::impossible(column, &impossible));
+    account.findings.extend(trip::unusual(column, &trips));
     if is_over_distance(column) {
         account.findings.extend(trip::far(column, &trips));
     }
@@ -116,6 +118,23 @@ pub fn distance_column(source: Source, mappings: &[Mapping]) -> Result<Option<St
     Ok(file.names().iter().find(|name| is_distance(name)).cloned())
 }
 
+/// The one column with a consumption over the distance, whatever its carrier; none where there are
+/// several.
+///
+/// # Errors
+/// As [`read`].
+pub fn consumption_column(
+    source: Source,
+    mappings: &[Mapping],
+) -> Result<Option<String>, TableError> {
+    let file = Table::open(source, &FLEET, mappings)?;
+    let mut found = file.names().iter().filter(|name| trip::is_consumption(name));
+    Ok(match (found.next(), found.next()) {
+        (Some(name), None) => Some(name.clone()),
+        _ => None,
+    })
+}
+
 /// Whether a name is that of the distance of a trip: one of [`DISTANCES`], with or without a unit.
 fn is_distance(name: &str) -> bool {
     let name = name.to_lowercase();
@@ -128,9 +147,10 @@ fn is_distance(name: &str) -> bool {
 /// Whether a column is an amount over the distance, of which longer trips know more.
 pub fn is_over_distance(column: &str) -> bool {
     let column = column.to_lowercase();
-    ["per_100km", "per_km", "per_m", "per_100tkm", "/100km", "/100 km", "/km"]
-        .iter()
-        .any(|end| column.contains(end))
+    trip::is_consumption(&column)
+        || ["per_100km", "per_km", "per_m", "per_100tkm", "/100km", "/100 km", "/km"]
+            .iter()
+            .any(|end| column.contains(end))
 }
 
 #[cfg(test)]

@@ -33,7 +33,8 @@ pub enum SpeedChangeFileError {
     },
 }
 
-/// Appends the speed changes of a table or a log, and returns what has to be known of it.
+/// Appends the speed changes of a table or a log, and returns what was read and what of a log was
+/// not used.
 ///
 /// # Errors
 /// [`SpeedChangeFileError`] names the file, the place in it and what is allowed.
@@ -42,16 +43,18 @@ pub fn append(
     source: Source,
     mappings: &[Mapping],
     options: &SpeedChangeOptions,
-) -> Result<Vec<String>, SpeedChangeFileError> {
+) -> Result<(FileAccount, Vec<String>), SpeedChangeFileError> {
     let of_table: Vec<Mapping> =
         mappings.iter().filter(|mapping| mapping.is_of(&SPEED_CHANGES)).cloned().collect();
     let file = Table::open(source, &SPEED_CHANGES, &of_table)?;
     let log = file.names().iter().any(|name| name == "time_s");
     if !log && file.has(Quantity::Acceleration) {
-        return Ok(append_table(table, file)?.warnings());
+        return Ok((append_table(table, file)?, Vec::new()));
     }
     refuse_other(&file, mappings)?;
-    append_log(table, &log::read(source, mappings, &NEEDS)?, options)
+    let log = log::read(source, mappings, &NEEDS)?;
+    let notes = append_log(table, &log, options)?;
+    Ok((log.read, notes))
 }
 
 /// Refuses a table that holds nothing of a log.
@@ -76,7 +79,7 @@ fn append_log(
     log: &LogFile,
     options: &SpeedChangeOptions,
 ) -> Result<Vec<String>, SpeedChangeFileError> {
-    let mut notes = log.warnings();
+    let mut notes = Vec::new();
     let mut left_out = Vec::new();
     for drive in &log.drives {
         let column = |quantity| drive.column(quantity).unwrap_or_default();

@@ -4,7 +4,7 @@
 //! are in order of time.
 
 use crate::intake::FileAccount;
-use crate::intake::table::clock::ClockColumn;
+use crate::intake::table::clock::{ClockColumn, PlaceClock};
 use crate::intake::table::formats::TRAFFIC;
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::traffic::TrafficModel;
@@ -31,13 +31,13 @@ pub fn read(
     source: Source,
     mappings: &[Mapping],
     model: &TrafficModel,
-    utc_offset_h: Option<f64>,
+    place: Option<&PlaceClock>,
 ) -> Result<Vec<TrafficRecord>, TableError> {
-    read_table(source, mappings, model, utc_offset_h).map(|table| table.records)
+    read_table(source, mappings, model, place).map(|table| table.records)
 }
 
-/// Reads a table of traffic; `model` knows the jam density and the law of speeds, `utc_offset_h` is
-/// by how many hours the place's standard time is ahead of UTC, where that is known.
+/// Reads a table of traffic; `model` knows the jam density and the law of speeds, `place`
+/// is the clock of the place, where that is known.
 ///
 /// # Errors
 /// [`TableError`] names the file, the place in it and what is allowed.
@@ -45,11 +45,11 @@ pub fn read_table(
     source: Source,
     mappings: &[Mapping],
     model: &TrafficModel,
-    utc_offset_h: Option<f64>,
+    place: Option<&PlaceClock>,
 ) -> Result<TrafficTable, TableError> {
     let file = Table::open(source, &TRAFFIC, mappings)?;
     file.refuse_other_units()?;
-    let mut clock = ClockColumn::find(&file, utc_offset_h)?;
+    let mut clock = ClockColumn::find(&file, place)?;
     file.need(&[Quantity::RoadType])?;
     let kinds = [Quantity::DensityShare, Quantity::Density, Quantity::SpeedRatio];
     let measured = file.one_of(&kinds)?.ok_or_else(|| file.missing("traffic", &kinds))?;
@@ -78,7 +78,7 @@ pub fn read_table(
         records.push(TrafficRecord { site, road_type, time_s, share });
         Ok(())
     })?;
-    read.findings.extend(clock.finding());
+    read.findings.extend(clock.findings());
     Ok(TrafficTable { records, speed_ratios, read })
 }
 

@@ -3,7 +3,7 @@
 //! The clock is the place's standard time all year ([`crate::intake::table::clock`]). Beside it stands any
 //! of the quantities of the weather.
 
-use crate::intake::table::clock::ClockColumn;
+use crate::intake::table::clock::{ClockColumn, PlaceClock};
 use crate::intake::table::formats::WEATHER;
 use crate::intake::table::source::{ending, read_text};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
@@ -26,15 +26,14 @@ const VARIABLES: [(Quantity, Into); 6] = [
     (Quantity::WindDirection, |weather| &mut weather.wind_direction_rad),
 ];
 
-/// Reads a table of hourly weather. `utc_offset_h` is by how many hours the place's standard time
-/// is ahead of UTC, where that is known.
+/// Reads a table of hourly weather; `place` is the clock of the place, where that is known.
 ///
 /// # Errors
 /// [`TableError`] names the file, the place in it and what is allowed.
 pub fn read(
     source: Source,
     mappings: &[Mapping],
-    utc_offset_h: Option<f64>,
+    place: Option<&PlaceClock>,
 ) -> Result<(Vec<HourlyRecord>, FileAccount), TableError> {
     if let Source::File(path) = source
         && ending(path) == "epw"
@@ -42,12 +41,12 @@ pub fn read(
         let text = read_text(path)?;
         if epw::is_one(&text) {
             let table = epw::as_table(&text);
-            return read(Source::Text(path, &table), mappings, utc_offset_h);
+            return read(Source::Text(path, &table), mappings, place);
         }
     }
     let file = Table::open(source, &WEATHER, mappings)?;
     file.refuse_other_units()?;
-    let mut clock = ClockColumn::find(&file, utc_offset_h)?;
+    let mut clock = ClockColumn::find(&file, place)?;
     file.need_any("weather", &VARIABLES.map(|(quantity, _)| quantity))?;
     let mut records: Vec<HourlyRecord> = Vec::new();
     let mut account = file.for_each(|row| {
@@ -60,12 +59,13 @@ pub fn read(
         records.push(HourlyRecord { time_s, day_of_year, weather });
         Ok(())
     })?;
-    account.findings.extend(clock.finding());
+    account.findings.extend(clock.findings());
     account.findings.extend(hourly(&mut records));
     Ok((records, account))
 }
 
-/// Leaves the full hours of records that are closer than an hour: the laws are those of hours.
+/// Leaves a record an hour of records that are closer: the laws are those of hours. Full hours where
+/// there are some, otherwise every first one an hour after the last.
 fn hourly(records: &mut Vec<HourlyRecord>) -> Option<Finding> {
     let mut steps_s: Vec<f64> =
         records.windows(2).map(|pair| pair[1].time_s - pair[0].time_s).collect();
@@ -79,14 +79,21 @@ fn hourly(records: &mut Vec<HourlyRecord>) -> Option<Finding> {
         rest.min(HOUR_S - rest)
     };
     let all = records.len();
-    let kept = records.iter().filter(|record| into_hour_s(record.time_s) <= 1.0).count();
-    if kept < 2 {
-        return None;
-    }
-    records.retain(|record| into_hour_s(record.time_s) <= 1.0);
+    let is_full = |record: &HourlyRecord| into_hour_s(record.time_s) <= 1.0;
+    // rows at full hours now and then are not those of a clock that has them all
+    let has_full = records.iter().filter(|record| is_full(record)).count() as f64
+        > 0.5 * all as f64 * step_s / HOUR_S;
+    let mut last_s = f64::NEG_INFINITY;
+    records.retain(|record| {
+        let keep = if has_full { is_full(record) } else { record.time_s - last_s >= HOUR_S - 1.0 };
+        last_s = if keep { record.time_s } else { last_s };
+        keep
+    });
+    let which = if has_full { "at full hours" } else { "an hour apart" };
     let text = format!(
-        "rows are {} min apart: the {kept} of {all} at full hours are used",
-        rounded(step_s / 60.0)
+        "rows are {} min apart: the {} of {all} {which} are used",
+        rounded(step_s / 60.0),
+        records.len()
     );
     Some(Finding::mended("closer-than-hours", [step_s, HOUR_S], text))
 }
@@ -124,7 +131,7 @@ mod tests {
     fn what_is_no_weather_is_refused_with_its_place() {
         for (text, words) in [
             ("time_s,rain\n0,1\n", "temperature_k"),
-            ("time_s,temperature_f\n0,59\n", "allowed is `temperature_k` or `temperature_c`"),
+            ("time_s,temperature_bar\n0,59\n", "allowed is `temperature_k`"),
             ("time_s,temperature_c,wind_speed_fps\n0,5,3\n", "allowed is `wind_speed_mps`"),
             ("time_s,temperature_c\n", "no rows"),
             ("temperature_k\n280\n", "no column for the time: name it `time`, `time_s`"),

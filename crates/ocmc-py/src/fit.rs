@@ -8,11 +8,12 @@ use crate::operating_cycle::PyOperatingCycle;
 use crate::plan::seed_of;
 use crate::progress::warned;
 use crate::study::{PyStudy, base_model};
-use crate::value::{one_of, utc_offset, whole_number, wrong_type};
+use crate::value::{one_of, place_clock, whole_number, wrong_type};
 use ocmc_api::{
     Answer, BESTS, CODINGS, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error,
     FleetOptions, FleetRequest, HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS,
-    OperatingCycleRequest, RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest,
+    OperatingCycleRequest, PlaceClock, RoadOptions, RoadSource, SpeedChangeOptions,
+    SpeedChangeRequest,
 };
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -461,6 +462,9 @@ pub(crate) fn fit_fleet<'py>(
 /// utc_offset_h : float, optional
 ///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with
 ///     another offset are taken at that of the first row without it.
+/// zone : str, optional
+///     The time zone of the place instead, such as ``Europe/Berlin``: times without an offset are
+///     then its local times, with summer time.
 ///
 /// Returns
 /// -------
@@ -499,15 +503,16 @@ pub(crate) fn fit_fleet<'py>(
 /// >>> round(fit["study"]["traffic"]["types"]["rural"]["off_peak_share"], 1)
 /// 0.1
 #[pyfunction]
-#[pyo3(signature = (table, *, columns=None, base=None, utc_offset_h=None))]
+#[pyo3(signature = (table, *, columns=None, base=None, utc_offset_h=None, zone=None))]
 pub(crate) fn fit_traffic<'py>(
     py: Python<'py>,
     table: &Bound<'py, PyAny>,
     columns: Option<BTreeMap<String, String>>,
     base: Option<&Bound<'py, PyStudy>>,
     utc_offset_h: Option<f64>,
+    zone: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    hourly(py, table, columns, base, utc_offset_h, ocmc_api::fit_traffic)
+    hourly(py, table, columns, base, place_clock(utc_offset_h, zone)?, ocmc_api::fit_traffic)
 }
 
 /// Fit the climate of hourly records.
@@ -529,6 +534,9 @@ pub(crate) fn fit_traffic<'py>(
 /// utc_offset_h : float, optional
 ///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with
 ///     another offset are taken at that of the first row without it.
+/// zone : str, optional
+///     The time zone of the place instead, such as ``Europe/Berlin``: times without an offset are
+///     then its local times, with summer time.
 ///
 /// Returns
 /// -------
@@ -569,15 +577,16 @@ pub(crate) fn fit_traffic<'py>(
 /// >>> round(fit["study"]["weather"]["temperature"]["mean_k"])
 /// 281
 #[pyfunction]
-#[pyo3(signature = (table, *, columns=None, base=None, utc_offset_h=None))]
+#[pyo3(signature = (table, *, columns=None, base=None, utc_offset_h=None, zone=None))]
 pub(crate) fn fit_weather<'py>(
     py: Python<'py>,
     table: &Bound<'py, PyAny>,
     columns: Option<BTreeMap<String, String>>,
     base: Option<&Bound<'py, PyStudy>>,
     utc_offset_h: Option<f64>,
+    zone: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    hourly(py, table, columns, base, utc_offset_h, ocmc_api::fit_weather)
+    hourly(py, table, columns, base, place_clock(utc_offset_h, zone)?, ocmc_api::fit_weather)
 }
 
 /// Asks for a fit of hours.
@@ -586,12 +595,11 @@ fn hourly<'py, Fit: Answer + Send>(
     table: &Bound<'py, PyAny>,
     columns: Option<BTreeMap<String, String>>,
     base: Option<&Bound<'py, PyStudy>>,
-    utc_offset_h: Option<f64>,
+    place: Option<PlaceClock>,
     ask: fn(&HourlyFitRequest) -> Result<Fit, Error>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let mappings = mappings(columns)?;
-    let utc_offset_h = utc_offset_h.map(utc_offset).transpose()?;
     let (table, base) = (input(table, "table")?, &base_model(base));
-    let request = HourlyFitRequest { table, mappings, base, utc_offset_h };
+    let request = HourlyFitRequest { table, mappings, base, place };
     answer(py, &py.detach(|| ask(&request)).map_err(exception)?)
 }

@@ -1,7 +1,7 @@
 //! Values of Python on their way into a study or a plan, hostile ones included: endless, huge or
 //! broken ones are errors.
 
-use ocmc_api::{UTC_OFFSETS_H, Word};
+use ocmc_api::{PlaceClock, Word};
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
@@ -14,14 +14,21 @@ const MOST_VALUES: usize = 1_000_000;
 /// Longest value that a message shows, in characters.
 const SHOWN_VALUE: usize = 60;
 
-/// By how many hours a standard time is ahead of UTC.
-pub(crate) fn utc_offset(hours: f64) -> PyResult<f64> {
-    if UTC_OFFSETS_H.contains(&hours) {
-        return Ok(hours);
-    }
-    let [least, most] = [UTC_OFFSETS_H.start(), UTC_OFFSETS_H.end()];
-    let text = format!("`utc_offset_h` is {hours}, allowed are hours from {least} to {most}");
-    Err(PyValueError::new_err(text))
+/// The clock of a place, by the hours by which its standard time is ahead of UTC, or by its zone.
+pub(crate) fn place_clock(
+    utc_offset_h: Option<f64>,
+    zone: Option<&str>,
+) -> PyResult<Option<PlaceClock>> {
+    let (name, clock, shown) = match (utc_offset_h, zone) {
+        (None, None) => return Ok(None),
+        (Some(_), Some(_)) => {
+            return Err(PyValueError::new_err("give `utc_offset_h` or `zone`, not both"));
+        }
+        (Some(hours), None) => ("utc_offset_h", PlaceClock::ahead(hours), hours.to_string()),
+        (None, Some(zone)) => ("zone", PlaceClock::zone(zone), zone.to_owned()),
+    };
+    let message = |allowed| PyValueError::new_err(format!("`{name}` is {shown}, {allowed}"));
+    clock.map(Some).map_err(message)
 }
 
 /// A dictionary, a list or a scalar as a value of a study. `key` is its path in messages.

@@ -113,12 +113,20 @@ pub fn fit_fleet(request: &FleetRequest) -> Result<FleetAnswer, Error> {
     };
     let (column, (rows, read)) = match column {
         Some(column) => (column.clone(), read(column)?),
-        None => consumption(read)?,
+        None => match fleet_table::consumption_column(records.lent(), mappings)? {
+            Some(only) if !assigns(mappings, "response") => (only.clone(), read(&only)?),
+            _ => consumption(read)?,
+        },
     };
     let fit = fit(&rows, options).map_err(|error| no_fit(records.path(), error))?;
     let FleetOptions { differ, power, significance, .. } = *options;
     let weight = weight_of(&column);
     Ok(FleetAnswer { column, weight, fit, inputs: vec![read], differ, power, significance })
+}
+
+/// Whether a user says which column a name is.
+fn assigns(mappings: &[Mapping], name: &str) -> bool {
+    Mapping::columns(mappings).contains_key(name)
 }
 
 /// The first consumption of a carrier in which there are numbers, and its records.

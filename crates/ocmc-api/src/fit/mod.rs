@@ -35,6 +35,7 @@ pub use ocmc_estimation::fit::curve_speed::{Coding, CurveSpeedOptions};
 pub use ocmc_estimation::fit::fleet::{Best, FleetOptions, MOST_DRAWS, MOST_NEXT_TRIPS};
 pub use ocmc_estimation::fit::speed_change::SpeedChangeOptions;
 pub use ocmc_estimation::log::road::RoadOptions;
+pub use ocmc_io::intake::table::clock::PlaceClock;
 
 /// What measurements tell.
 #[derive(Clone, Debug, Serialize)]
@@ -79,7 +80,7 @@ impl<Fit: Serialize> Answer for FitAnswer<Fit> {
     }
 
     fn notes(&self) -> Vec<String> {
-        self.inputs.iter().flat_map(FileAccount::told).collect()
+        FileAccount::told_of(&self.inputs)
     }
 }
 
@@ -203,12 +204,13 @@ pub fn fit_speed_change(
     watch: &mut Watch,
 ) -> Result<FitAnswer<SpeedChangeFit>, Error> {
     let SpeedChangeRequest { tables, mappings, base, options, untruncated } = request;
-    let mut changes = SpeedChangeTable::default();
+    let (mut changes, mut inputs) = (SpeedChangeTable::default(), Vec::new());
     for (done, source) in tables.iter().enumerate() {
         Progress::of_logs(done, tables.len()).look(watch)?;
-        for note in speed_change_table::append(&mut changes, source.lent(), mappings, options)? {
-            warn(&note);
-        }
+        let (read, notes) =
+            speed_change_table::append(&mut changes, source.lent(), mappings, options)?;
+        read.warnings().iter().chain(&notes).for_each(|note| warn(note));
+        inputs.push(read);
     }
     let source = tables.first().map_or("".as_ref(), Source::path);
     let fit = speed_change::fit(&changes, options).map_err(|error| no_fit(source, error))?;
@@ -219,7 +221,7 @@ pub fn fit_speed_change(
     let part = part.with_errors(base, "speed_change", errors);
     let warnings = fit.warnings();
     let text = text::speed_change(&fit);
-    Ok(FitAnswer::new(fit, &text, warnings, &part))
+    Ok(FitAnswer { inputs, ..FitAnswer::new(fit, &text, warnings, &part) })
 }
 
 /// Roads, and what is asked of them.
@@ -292,7 +294,10 @@ pub fn fit_operating_cycle(
             RoadSource::Measured(Source::File(path))
                 if mappings.is_empty() && !is_log(path, mappings) =>
             {
-                found.add_cycle(given_cycle::read(path, &[])?);
+                let (cycle, read) = given_cycle::read_with_account(path, &[])?;
+                read.warnings().iter().for_each(|warning| warn(warning));
+                found.add_cycle(cycle);
+                found.inputs.push(read);
             }
             RoadSource::Measured(log) => {
                 let file = log.log(mappings, &NEEDS, warn)?;
@@ -318,7 +323,8 @@ pub fn fit_operating_cycle(
     errors.extend(estimates("road", &fit.junction_turn).chain(estimates("mission", &fit.mission)));
     let part = FittedPart::new(base, &[], &fit.study()).with_errors(base, "road", errors);
     let (text, warnings) = (text::roads(&fit), fit.warnings.clone());
-    Ok(FitAnswer::new(fit, &text, warnings, &part))
+    // what is odd in them was said while they were read
+    Ok(FitAnswer { inputs: found.inputs, ..FitAnswer::new(fit, &text, warnings, &part) })
 }
 
 /// What messages call the roads: by the first one.
@@ -338,8 +344,8 @@ pub struct HourlyFitRequest<'a> {
     pub mappings: Vec<Mapping>,
     /// The study that keeps what was not measured.
     pub base: &'a StudyModel,
-    /// Hours by which the place's standard time is ahead of UTC.
-    pub utc_offset_h: Option<f64>,
+    /// The clock of the place, for times in UTC and for local times with summer time.
+    pub place: Option<PlaceClock>,
 }
 
 /// Measured traffic.
@@ -357,7 +363,7 @@ pub type WeatherRequest<'a> = HourlyFitRequest<'a>;
 /// std::fs::write(&file, "time_s,road_type,density_share\n0,rural,0.1\n").expect("space");
 /// let base = study::load("field-truck", &[] as &[&str])?.model;
 /// let (table, mappings) = (Source::File(file), Vec::new());
-/// let request = TrafficRequest { table, mappings, base: &base, utc_offset_h: None };
+/// let request = TrafficRequest { table, mappings, base: &base, place: None };
 /// // one measurement is not enough
 /// assert!(matches!(fit_traffic(&request), Err(Error::Fit { .. })));
 /// # Ok::<(), ocmc_api::Error>(())
@@ -367,8 +373,8 @@ pub type WeatherRequest<'a> = HourlyFitRequest<'a>;
 /// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where it does not determine a
 /// density.
 pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Error> {
-    let TrafficRequest { table, mappings, base, utc_offset_h } = request;
-    let read = traffic_table::read_table(table.lent(), mappings, &base.traffic, *utc_offset_h)?;
+    let TrafficRequest { table, mappings, base, place } = request;
+    let read = traffic_table::read_table(table.lent(), mappings, &base.traffic, place.as_ref())?;
     let fit = match &read.speed_ratios {
         Some(ratios) => traffic::fit_speeds(&read.records, ratios, &base.traffic),
         None => traffic::fit(&read.records, &base.traffic),
@@ -394,7 +400,7 @@ pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Er
 /// std::fs::write(&file, "time_s,temperature_k\n0,281\n").expect("space");
 /// let base = study::load("field-truck", &[] as &[&str])?.model;
 /// let (table, mappings) = (Source::File(file), Vec::new());
-/// let request = WeatherRequest { table, mappings, base: &base, utc_offset_h: None };
+/// let request = WeatherRequest { table, mappings, base: &base, place: None };
 /// // one hour is not enough
 /// assert!(matches!(fit_weather(&request), Err(Error::Fit { .. })));
 /// # Ok::<(), ocmc_api::Error>(())
@@ -403,8 +409,8 @@ pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Er
 /// # Errors
 /// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where it determines nothing.
 pub fn fit_weather(request: &WeatherRequest) -> Result<FitAnswer<WeatherFit>, Error> {
-    let WeatherRequest { table, mappings, base, utc_offset_h } = request;
-    let (records, read) = weather_table::read(table.lent(), mappings, *utc_offset_h)?;
+    let WeatherRequest { table, mappings, base, place } = request;
+    let (records, read) = weather_table::read(table.lent(), mappings, place.as_ref())?;
     let fit = weather::fit(&records, &base.weather).map_err(|error| no_fit(table.path(), error))?;
     let errors = estimates("weather", &fit.parameters);
     let part = FittedPart::new(base, &["weather"], &fit.model).with_errors(base, "weather", errors);

@@ -23,6 +23,7 @@ use ocmc_estimation::validation::pooled::{Pooled, pooled};
 use ocmc_estimation::validation::simulated;
 use ocmc_fleet::run::{RunPlan, each};
 use ocmc_io::given_cycle;
+use ocmc_io::intake::FileAccount;
 use ocmc_io::log::curves::Steering;
 use ocmc_io::log::driven::{MeasuredDrive, MeasuredDrives};
 use ocmc_io::log::roads::NEEDS;
@@ -97,6 +98,8 @@ pub struct ValidateAnswer {
     pub left_out: usize,
     /// The roads.
     pub roads: Vec<ValidatedRoad>,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
     /// How long it took, in s.
     pub wall_s: f64,
     /// Threads that it took.
@@ -204,7 +207,7 @@ pub fn validate(
     if plan.cycles < FEWEST_TRIPS {
         warn(&format!("{} trips: bands and ranks want {FEWEST_TRIPS} or more", plan.cycles));
     }
-    let (groups, mut left_out) = groups(request, warn, watch)?;
+    let OnRoads { groups, mut left_out, inputs } = groups(request, warn, watch)?;
     let powertrain = &study.study.vehicle().powertrain;
     let (carrier, signal) = (powertrain.carriers()[0], powertrain.signals().source_rate);
     let rate = Quantity::rate_of(carrier);
@@ -298,17 +301,27 @@ pub fn validate(
         drives,
         left_out,
         roads,
+        inputs,
         wall_s: clock.elapsed().as_secs_f64(),
         threads: plan.threads,
     })
 }
 
-/// The roads with the drives on them, and how many drives lie on none.
+/// Drives on their roads.
+struct OnRoads {
+    groups: Vec<Group>,
+    /// Number of drives that lie on none.
+    left_out: usize,
+    /// What was read.
+    inputs: Vec<FileAccount>,
+}
+
+/// The roads with the drives on them.
 fn groups(
     request: &ValidateRequest,
     warn: &mut dyn FnMut(&str),
     watch: &mut Watch,
-) -> Result<(Vec<Group>, usize), Error> {
+) -> Result<OnRoads, Error> {
     let ValidateRequest { logs, mappings, options, steering, stops, run_in_m, .. } = request;
     let Some(path) = request.road else {
         let (mappings, options) = (mappings.clone(), options.clone());
@@ -324,9 +337,11 @@ fn groups(
             let placed = place(&drive.way, drive.way.length_m(), *run_in_m).ok()?;
             Some(Group { name: drive.name.clone(), path, cycle, drives: vec![(drive, placed)] })
         };
-        return Ok((found.drives.into_iter().filter_map(group).collect(), left_out));
+        let groups = found.drives.into_iter().filter_map(group).collect();
+        return Ok(OnRoads { groups, left_out, inputs: found.inputs });
     };
-    let cycle = given_cycle::read(path, &[])?;
+    let (cycle, read) = given_cycle::read_with_account(path, &[])?;
+    read.warnings().iter().for_each(|warning| warn(warning));
     let mut found = MeasuredDrives::default();
     for (done, log) in logs.iter().enumerate() {
         Progress::of_logs(done, logs.len()).look(watch)?;
@@ -334,6 +349,7 @@ fn groups(
     }
     told(&found, logs, warn)?;
     let (mut placed, mut left_out) = (Vec::new(), found.left_out.len());
+    let inputs = std::iter::once(read).chain(found.inputs).collect();
     let mut first = None;
     for drive in found.drives {
         match place(&drive.way, cycle.length_m, *run_in_m) {
@@ -349,7 +365,8 @@ fn groups(
         Some(error) if placed.is_empty() => Err(error),
         _ => {
             let (name, path) = (path.display().to_string(), path.to_owned());
-            Ok((vec![Group { name, path, cycle, drives: placed }], left_out))
+            let groups = vec![Group { name, path, cycle, drives: placed }];
+            Ok(OnRoads { groups, left_out, inputs })
         }
     }
 }

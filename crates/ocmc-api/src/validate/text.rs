@@ -3,6 +3,7 @@
 use super::{ValidateAnswer, ValidatedDrive};
 use crate::answer::Answer;
 use crate::text::{fact, table, took};
+use ocmc_io::intake::FileAccount;
 use ocmc_io::number_text::{count_of, grouped, percent, rounded};
 use ocmc_io::report::{quantity_label, score_text};
 use std::fmt::Write;
@@ -68,6 +69,10 @@ impl ValidateAnswer {
 }
 
 impl Answer for ValidateAnswer {
+    fn notes(&self) -> Vec<String> {
+        FileAccount::told_of(&self.inputs)
+    }
+
     fn warnings(&self) -> Vec<String> {
         self.circle().into_iter().map(|circle| format!("circular: {circle}")).collect()
     }

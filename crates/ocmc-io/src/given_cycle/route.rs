@@ -21,7 +21,7 @@ use crate::intake::table::formats::ROUTE;
 use crate::intake::table::given::RowPlace;
 use crate::intake::table::unit::KMH;
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{FileAccount, contradiction};
+use crate::intake::{Extent, FileAccount, contradiction, jump, limit_unit};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError, PointNoise};
 use ocmc_core::operating_cycle::road::route_fillet::Rounding;
 use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d};
@@ -91,13 +91,20 @@ impl Rows {
                 stops[0] = stops.iter().copied().fold(0.0, f64::max);
             }
         }
-        let mut keep = vec![true; self.places.len()];
+        let mut left_out = vec![false; self.places.len()];
         for rows in ranges {
-            keep[rows.start + 1..rows.end].fill(false);
+            left_out[rows.start + 1..rows.end].fill(true);
         }
+        self.leave_out(&left_out);
+    }
+
+    /// Leaves rows out.
+    fn leave_out(&mut self, rows: &[bool]) {
+        let keep: Vec<bool> = rows.iter().map(|left_out| !left_out).collect();
         retain(&mut self.places, &keep);
         retain(&mut self.road_type, &keep);
         for values in [
+            &mut self.position_m,
             &mut self.latitude,
             &mut self.longitude,
             &mut self.limit_mps,
@@ -134,6 +141,7 @@ pub(super) fn read(
         table.need(&[latitude, longitude])?;
     }
     let quantities: Vec<Quantity> = table.columns().iter().map(|column| column.quantity).collect();
+    let limit = table.column(Quantity::Limit);
     let (mut rows, mut account) = Rows::read(table)?;
     let mut path = rows.path();
     if let Some(track) = path.as_ref().filter(|_| rows.position_m.is_empty()) {
@@ -145,8 +153,24 @@ pub(super) fn read(
             path = rows.path();
         }
     }
+    if let Some(track) = &path {
+        let (x_m, y_m) = track.points_m();
+        let aside = jump::points_aside(x_m, y_m);
+        let found = jump::position_jump(&aside, |row| rows.places[row].to_string());
+        if let Some(finding) = found {
+            account.findings.push(finding);
+            rows.leave_out(&aside);
+            path = rows.path();
+        }
+    }
+    if let Some(track) = &path {
+        let (x_m, y_m) = track.points_m();
+        let jump = jump::lasting_jump(x_m, y_m, |row| rows.places[row].to_string());
+        account.findings.extend(jump);
+    }
     let odometer_m = (!rows.position_m.is_empty()).then_some(rows.position_m.as_slice());
-    let found = contradiction::of_route(odometer_m, path.as_ref(), &rows.altitude_m, &rows.grade);
+    let Rows { altitude_m, grade, curvature, .. } = &rows;
+    let found = contradiction::of_route(odometer_m, path.as_ref(), altitude_m, grade, curvature);
     account.judged(file, found)?;
     let positions = match &path {
         Some(path) if rows.position_m.is_empty() => &path.position_m,
@@ -184,6 +208,9 @@ pub(super) fn read(
     if let Some(k) = positions.windows(2).position(|pair| pair[1] <= pair[0]) {
         return Err(TableError::of(file, Fault::Order(rows.places[k + 1], positions[k + 1])));
     }
+    let ways_m = positions.windows(2).map(|pair| pair[1] - pair[0]);
+    let limits: Vec<(f64, f64)> = ways_m.zip(rows.limit_mps.iter().copied()).collect();
+    account.findings.extend(limit.and_then(|column| limit_unit::judge(&limits, &column)));
     let track = |name, rule, value: Vec<f64>| Track {
         name,
         rule,
@@ -194,6 +221,9 @@ pub(super) fn read(
     if !rows.grade.is_empty() {
         tracks.push(track("grade", Rule::Constant, rows.grade));
     } else if !rows.altitude_m.is_empty() {
+        let place = |row: usize| rows.places[row].to_string();
+        let spikes = jump::altitude_spikes(&positions, &mut rows.altitude_m, place);
+        account.findings.extend(spikes);
         let noise_m = noise_of_altitudes(&positions, &rows.altitude_m);
         noise.altitudes_m = checked_noise("altitudes", noise_m).map_err(in_file(file))?;
         let mut altitude = track("altitude_m", Rule::Linear, rows.altitude_m);
@@ -220,6 +250,7 @@ pub(super) fn read(
     for track in &mut tracks {
         track.merge_equal();
     }
+    account.extent = Extent::of_way(&positions);
     let length_m = positions.last().copied();
     let mut cycle = GivenCycle::from_tracks(&tracks, length_m).map_err(in_file(file))?;
     if !rows.curvature.is_empty() {

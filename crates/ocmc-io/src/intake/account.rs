@@ -4,9 +4,12 @@
 use super::{End, Finding};
 use crate::intake::table::TableError;
 use crate::intake::table::error::Fault;
-use crate::number_text::count_of;
+use crate::number_text::{count_of, rounded};
 use serde::Serialize;
 use std::path::Path;
+
+/// Most files whose columns are told one by one.
+const MOST_TOLD: usize = 5;
 
 /// A column, and the quantity that it was taken for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -19,6 +22,96 @@ pub struct ReadColumn {
     pub unit: &'static str,
 }
 
+/// How long what was read is, and how densely it was sampled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Extent {
+    /// Length, in m, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_m: Option<f64>,
+    /// From the first row to the last, in s, where there is a time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// Median step of the time, in s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_s: Option<f64>,
+    /// Median step of the position, in m, of what has no time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_m: Option<f64>,
+    /// Steps of the time that are more than 2.5 times the median one, and more than 2 s.
+    pub gaps: usize,
+    /// The longest of these, in s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub longest_gap_s: Option<f64>,
+}
+
+impl Extent {
+    /// Of drives over time, each with its times in s and its speeds in m/s, where it has some.
+    pub fn of_drives<'a>(drives: impl Iterator<Item = (&'a [f64], Option<&'a [f64]>)>) -> Self {
+        let (mut steps_s, mut length_m, mut has_speed) = (Vec::new(), 0.0, false);
+        for (time_s, speed_mps) in drives {
+            let from = steps_s.len();
+            steps_s.extend(time_s.windows(2).map(|pair| pair[1] - pair[0]));
+            if let Some(speed_mps) = speed_mps {
+                has_speed = true;
+                let means = speed_mps.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+                let ways = means.zip(&steps_s[from..]).map(|(mps, step_s)| mps * step_s);
+                length_m += ways.filter(|way_m| way_m.is_finite()).sum::<f64>();
+            }
+        }
+        steps_s.retain(|step_s| *step_s > 0.0 && step_s.is_finite());
+        let duration_s = steps_s.iter().sum();
+        let Some(interval_s) = median(&mut steps_s) else { return Self::default() };
+        let gaps = steps_s.iter().filter(|step_s| **step_s > (2.5 * interval_s).max(2.05));
+        Self {
+            length_m: has_speed.then_some(length_m),
+            duration_s: Some(duration_s),
+            interval_s: Some(interval_s),
+            interval_m: None,
+            gaps: gaps.clone().count(),
+            longest_gap_s: gaps.copied().reduce(f64::max),
+        }
+    }
+
+    /// Of positions along a road, in m.
+    pub fn of_way(position_m: &[f64]) -> Self {
+        let mut steps_m: Vec<f64> = position_m.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let length_m = position_m.last().zip(position_m.first()).map(|(last, first)| last - first);
+        Self { length_m, interval_m: median(&mut steps_m), ..Self::default() }
+    }
+
+    fn told(&self) -> String {
+        let mut parts = Vec::new();
+        if let Some(interval_s) = self.interval_s {
+            parts.push(format!("every {} s", rounded(interval_s)));
+        }
+        if let Some(interval_m) = self.interval_m {
+            parts.push(format!("every {} m", rounded(interval_m)));
+        }
+        if let Some(length_m) = self.length_m {
+            parts.push(format!("{} km", rounded(length_m / 1000.0)));
+        }
+        if let Some(duration_s) = self.duration_s {
+            let minutes = duration_s / 60.0;
+            parts.push(if minutes < 120.0 {
+                format!("{} min", rounded(minutes))
+            } else {
+                format!("{} h", rounded(minutes / 60.0))
+            });
+        }
+        if let Some(longest_s) = self.longest_gap_s {
+            let gaps = count_of(self.gaps as u64, "gap");
+            parts.push(format!("{gaps}, the longest {} s", rounded(longest_s)));
+        }
+        if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) }
+    }
+}
+
+/// The median of some numbers, which are sorted.
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
 /// The account of what was read of a file, and of what is odd in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FileAccount {
@@ -26,6 +119,8 @@ pub struct FileAccount {
     pub file: String,
     /// Rows.
     pub rows: usize,
+    /// How long it is, and how densely sampled.
+    pub extent: Extent,
     /// The columns, as they were taken.
     pub columns: Vec<ReadColumn>,
     /// Columns that were left out.
@@ -53,7 +148,7 @@ impl FileAccount {
         Ok(())
     }
 
-    /// A few lines on rows and columns, then on what was mended.
+    /// A few lines on rows and columns, then on what was mended or is worth knowing.
     pub fn told(&self) -> Vec<String> {
         if self.columns.is_empty() {
             return Vec::new();
@@ -77,8 +172,9 @@ impl FileAccount {
         };
         let columns: Vec<String> = self.columns.iter().map(column).collect();
         let mut told = format!(
-            "`{file}`: {}, columns {}",
+            "`{file}`: {}{}, columns {}",
             count_of(self.rows as u64, "row"),
+            self.extent.told(),
             columns.join(", ")
         );
         if !self.left_out.is_empty() {
@@ -86,8 +182,21 @@ impl FileAccount {
             told.push_str(&self.left_out.join("`, `"));
             told.push('`');
         }
-        let mended = self.findings.iter().filter(|finding| finding.end == End::Mended);
+        let mended = |finding: &&Finding| matches!(finding.end, End::Mended | End::Noted);
+        let mended = self.findings.iter().filter(mended);
         std::iter::once(told).chain(mended.map(|finding| format!("`{file}`: {finding}"))).collect()
+    }
+
+    /// The lines of several files: of many only what was mended in them.
+    pub fn told_of(accounts: &[Self]) -> Vec<String> {
+        if accounts.len() <= MOST_TOLD {
+            return accounts.iter().flat_map(Self::told).collect();
+        }
+        let rows: usize = accounts.iter().map(|account| account.rows).sum();
+        let files = count_of(accounts.len() as u64, "file");
+        let first = format!("{files}, {}: the first one is", count_of(rows as u64, "row"));
+        let mended = accounts.iter().skip(1).flat_map(|account| account.told().into_iter().skip(1));
+        std::iter::once(first).chain(accounts[0].told()).chain(mended).collect()
     }
 
     /// Warnings of the checks.
@@ -95,5 +204,26 @@ impl FileAccount {
         let file = &self.file;
         let warned = self.findings.iter().filter(|finding| finding.end == End::Warned);
         warned.map(|finding| format!("`{file}`: {finding}")).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extents_of_drives_and_ways() {
+        let time_s = [0.0, 1.0, 2.0, 12.0, 13.0];
+        let drive = (&time_s[..], Some(&[10.0; 5][..]));
+        let found = Extent::of_drives([drive].into_iter());
+        assert_eq!((found.length_m, found.duration_s), (Some(130.0), Some(13.0)));
+        assert_eq!((found.gaps, found.longest_gap_s), (1, Some(10.0)));
+        assert_eq!(
+            found.told(),
+            " (every 1.000 s, 0.1300 km, 0.2167 min, 1 gap, the longest 10.00 s)"
+        );
+        let way = Extent::of_way(&[5.0, 15.0, 25.0, 1005.0]);
+        assert_eq!((way.length_m, way.interval_m), (Some(1000.0), Some(10.0)));
+        assert_eq!(Extent::of_drives([].into_iter()), Extent::default());
     }
 }

@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 pub type Columns<'a> = &'a dyn Fn(Quantity) -> Option<&'a [f64]>;
 
 /// Ratios that a unit explains, and what was probably meant.
-const UNITS: [(f64, &str); 11] = [
+const UNITS: [(f64, &str); 13] = [
     (3.6, "km/h taken for m/s"),
     (1.0 / 3.6, "m/s taken for km/h"),
     (2.2369, "mph taken for m/s"),
@@ -25,6 +25,8 @@ const UNITS: [(f64, &str); 11] = [
     (1.0 / 57.296, "rad taken for degrees"),
     (100.0, "per cent taken for a ratio"),
     (0.01, "a ratio taken for per cent"),
+    (9.806_65, "m/s² taken for g"),
+    (1.0 / 9.806_65, "g taken for m/s²"),
     (1000.0, "m taken for km"),
     (0.001, "km taken for m"),
 ];
@@ -52,6 +54,11 @@ const TURNS_RAD: f64 = 0.1;
 const FEWEST_TURNS: usize = 8;
 /// Correlation from which on a slope of a line through turns is one.
 const CORRELATED: f64 = 0.8;
+/// Stretches over which the turns of a route are compared, in m.
+const BENDS_M: f64 = 100.0;
+/// Smaller lateral accelerations are not compared, in m/s², and the ratio that is refused.
+const LATERAL_MPS2: f64 = 0.3;
+const LATERAL_REFUSED: f64 = 2.0;
 /// Ratio of turns that is refused, or its inverse.
 const TURNS_REFUSED: f64 = 1.5;
 /// Median speed over the limit that is refused, and that is warned of, above and below (judgement:
@@ -93,19 +100,25 @@ pub fn of_drive(of: Columns) -> Vec<Finding> {
     if let Some((course_rad, yaw_rate)) = of(Quantity::Course).zip(of(Quantity::YawRate)) {
         findings.extend(turning([time_s, speed_mps, course_rad, yaw_rate]));
     }
+    if let Some((lateral_mps2, yaw_rate)) =
+        of(Quantity::LateralAcceleration).zip(of(Quantity::YawRate))
+    {
+        findings.extend(lateral(speed_mps, lateral_mps2, yaw_rate));
+    }
     if let Some(limit_mps) = of(Quantity::Limit) {
         findings.extend(limits(speed_mps, limit_mps));
     }
     findings
 }
 
-/// Contradictions in a route: positions in m, and altitudes and slopes, each slope from its
-/// row on.
+/// Contradictions in a route: positions in m, altitudes, and slopes and curvatures from their rows
+/// on.
 pub fn of_route(
     position_m: Option<&[f64]>,
     path: Option<&Path2d>,
     altitude_m: &[f64],
     grade: &[f64],
+    curvature: &[f64],
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     if let Some((position_m, path)) = position_m.zip(path) {
@@ -114,6 +127,11 @@ pub fn of_route(
             |from: usize, to: usize| chord_m([x_m[from], y_m[from]], [x_m[to], y_m[to]]);
         let ratio = ratio_of_ways(position_m, displacement);
         findings.extend(ratio.and_then(|ratio| ways("position", "latitude and longitude", ratio)));
+    }
+    if let Some(path) = path
+        && !curvature.is_empty()
+    {
+        findings.extend(bends(path, curvature));
     }
     let way_m = position_m.or(path.map(|path| path.position_m.as_slice()));
     if let Some(way_m) = way_m
@@ -278,15 +296,7 @@ fn turning([time_s, speed_mps, course_rad, yaw_rate]: [&[f64]; 4]) -> Option<Fin
         }
     }
     pairs.retain(|pair| pair[0].abs() > TURNS_RAD);
-    if pairs.len() < FEWEST_TURNS {
-        return None;
-    }
-    let sum = |of: fn(&[f64; 2]) -> f64| pairs.iter().map(of).sum::<f64>();
-    let [cc, yy, cy] = [sum(|p| p[0] * p[0]), sum(|p| p[1] * p[1]), sum(|p| p[0] * p[1])];
-    if cy.abs() < CORRELATED * (cc * yy).sqrt() {
-        return None;
-    }
-    let ratio = cy / cc;
+    let ratio = slope_of(&pairs)?;
     if ratio > 0.0 && ratio.max(1.0 / ratio) < TURNS_REFUSED {
         return None;
     }
@@ -297,6 +307,61 @@ fn turning([time_s, speed_mps, course_rad, yaw_rate]: [&[f64]; 4]) -> Option<Fin
     let remedy =
         "rename the yaw rate to its unit, or turn its sign, as in --map yaw_rate_degps=-gyro";
     Some(Finding::refused("turn", [ratio, TURNS_REFUSED], text, remedy))
+}
+
+/// The slope of a line through pairs, where they are enough and correlated.
+fn slope_of(pairs: &[[f64; 2]]) -> Option<f64> {
+    let sum = |of: fn(&[f64; 2]) -> f64| pairs.iter().map(of).sum::<f64>();
+    let [xx, yy, xy] = [sum(|p| p[0] * p[0]), sum(|p| p[1] * p[1]), sum(|p| p[0] * p[1])];
+    let is_line = pairs.len() >= FEWEST_TURNS && xy.abs() >= CORRELATED * (xx * yy).sqrt();
+    is_line.then(|| xy / xx)
+}
+
+/// Compares the turns of the curvature of a route with those of its points, to whichever side it is
+/// positive.
+fn bends(path: &Path2d, curvature: &[f64]) -> Option<Finding> {
+    let way_m = &path.position_m;
+    let (mut pairs, mut first, mut turned) = (Vec::new(), 0, 0.0);
+    for k in 1..way_m.len().min(curvature.len()) {
+        turned += curvature[k - 1] * (way_m[k] - way_m[k - 1]);
+        if way_m[k] - way_m[first] >= BENDS_M {
+            let [from, to] = [first, k].map(|k| path.course_rad(way_m[k]));
+            pairs.push([short_way(to - from), turned]);
+            (first, turned) = (k, 0.0);
+        }
+    }
+    pairs.retain(|pair| pair[0].abs() > TURNS_RAD);
+    let ratio = slope_of(&pairs)?.abs();
+    if ratio.max(1.0 / ratio) < TURNS_REFUSED {
+        return None;
+    }
+    let text = format!(
+        "its curvature turns it by {} times what its latitude and longitude do{}",
+        rounded(ratio),
+        unit_of(ratio)
+    );
+    let remedy = "leave out the one that is wrong: curves slow a truck down";
+    Some(Finding::refused("turn", [ratio, TURNS_REFUSED], text, remedy))
+}
+
+/// Compares the lateral acceleration with speed and yaw rate.
+fn lateral(speed_mps: &[f64], lateral_mps2: &[f64], yaw_rate: &[f64]) -> Option<Finding> {
+    let rows = speed_mps.iter().zip(yaw_rate).zip(lateral_mps2);
+    let pairs = rows.map(|((speed, yaw), lateral)| [speed * yaw, *lateral]);
+    let usable = |pair: &[f64; 2]| pair[0].abs() > LATERAL_MPS2 && pair[1].is_finite();
+    let ratio = slope_of(&pairs.filter(usable).collect::<Vec<_>>())?;
+    let off = ratio.abs().max(1.0 / ratio.abs());
+    if ratio > 0.0 && off < LATERAL_REFUSED {
+        return None;
+    }
+    let meant =
+        if ratio < 0.0 { " (is it positive to the right?)".to_owned() } else { unit_of(ratio) };
+    let text = format!(
+        "its lateral acceleration is {} times its speed times its yaw rate{meant}",
+        rounded(ratio)
+    );
+    let remedy = "rename it to its unit, or turn its sign, as in --map lateral_acceleration_g=-ay";
+    Some(Finding::refused("turn", [ratio, LATERAL_REFUSED], text, remedy))
 }
 
 /// Compares the speed with the limit.
@@ -354,6 +419,7 @@ mod tests {
             put(Quantity::Longitude, (x + 3.0 * draws.normal()) / per_degree);
             put(Quantity::Course, course + 0.02 * draws.normal());
             put(Quantity::YawRate, curvature * speed + 0.005 * draws.normal());
+            put(Quantity::LateralAcceleration, curvature * speed * speed + 0.1 * draws.normal());
             put(Quantity::Altitude, 60.0 * f64::sin(way_m / 900.0) + 3.0 * draws.normal());
             put(Quantity::Grade, 60.0 / 900.0 * f64::cos(way_m / 900.0));
             put(Quantity::Limit, 16.0);
@@ -380,6 +446,7 @@ mod tests {
                 (Quantity::Grade, 0.0, "slope", "0"),
                 (Quantity::YawRate, 57.296, "turn", "degrees"),
                 (Quantity::YawRate, -1.0, "turn", "right"),
+                (Quantity::LateralAcceleration, 1.0 / 9.80665, "turn", "g taken"),
                 (Quantity::Limit, 1.0 / 1.609_344, "limit", "mph"),
                 (Quantity::Limit, 1.0 / 3.6, "limit", "m/s"),
                 (Quantity::Limit, 3.6, "limit", "km/h"),
@@ -399,15 +466,34 @@ mod tests {
     }
 
     #[test]
+    fn curvatures_agree_with_points_or_are_refused() {
+        let (mut x_m, mut y_m, mut curvature) = (vec![0.0], vec![0.0], Vec::new());
+        let mut course = 0.0_f64;
+        for k in 0..600 {
+            let bend = 0.005 * f64::sin(f64::from(k) / 20.0);
+            curvature.push(bend);
+            course += 10.0 * bend;
+            x_m.push(x_m[k as usize] + 10.0 * course.cos());
+            y_m.push(y_m[k as usize] + 10.0 * course.sin());
+        }
+        curvature.push(0.0);
+        let path = Path2d::of_points(x_m, y_m);
+        assert_eq!(of_route(None, Some(&path), &[], &[], &curvature), []);
+        let small: Vec<f64> = curvature.iter().map(|bend| 0.001 * bend).collect();
+        let findings = of_route(None, Some(&path), &[], &[], &small);
+        assert!(findings[0].is_refusal() && findings[0].check == "turn", "{findings:?}");
+    }
+
+    #[test]
     fn routes_with_two_slopes_or_ways_are_refused() {
-        let findings = of_route(Some(&[0.0, 20_000.0]), None, &[100.0, 700.0], &[0.0, 0.0]);
+        let findings = of_route(Some(&[0.0, 20_000.0]), None, &[100.0, 700.0], &[0.0, 0.0], &[]);
         assert!(findings[0].is_refusal() && findings[0].text.contains("3.000 %"), "{findings:?}");
-        assert_eq!(of_route(Some(&[0.0, 20_000.0]), None, &[100.0, 700.0], &[0.03, 0.0]), []);
+        assert_eq!(of_route(Some(&[0.0, 20_000.0]), None, &[100.0, 700.0], &[0.03, 0.0], &[]), []);
         let x_m: Vec<f64> = (0..100).map(|k| 100.0 * f64::from(k)).collect();
         let path = Path2d::of_points(x_m.clone(), vec![0.0; 100]);
-        assert_eq!(of_route(Some(&x_m), Some(&path), &[], &[]), []);
+        assert_eq!(of_route(Some(&x_m), Some(&path), &[], &[], &[]), []);
         let km: Vec<f64> = x_m.iter().map(|x_m| 0.001 * x_m).collect();
-        let findings = of_route(Some(&km), Some(&path), &[], &[]);
+        let findings = of_route(Some(&km), Some(&path), &[], &[], &[]);
         assert!(findings[0].is_refusal() && findings[0].text.contains("km taken for m"));
     }
 }

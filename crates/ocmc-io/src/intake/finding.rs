@@ -11,6 +11,8 @@ pub enum End {
     Refused,
     /// The file is used as it is, and the answer may be wrong.
     Warned,
+    /// The file is used as it is, and what is found is worth knowing.
+    Noted,
     /// The file is made up for what was found, and the answer is right.
     Mended,
 }
@@ -46,6 +48,16 @@ impl Finding {
     /// A finding that was made up for.
     pub fn mended(check: &'static str, [figure, bound]: [f64; 2], text: String) -> Self {
         Self { check, end: End::Mended, figure, bound, text, remedy: String::new() }
+    }
+
+    /// A finding that is worth knowing.
+    pub fn noted(
+        check: &'static str,
+        [figure, bound]: [f64; 2],
+        text: String,
+        remedy: &str,
+    ) -> Self {
+        Self { check, end: End::Noted, figure, bound, text, remedy: remedy.to_owned() }
     }
 
     /// A finding for which the file is refused.

@@ -10,10 +10,10 @@ use super::Finding;
 use crate::intake::table::Quantity;
 
 /// Parts that a route can lack, with the quantities any one of which tells it.
-const PARTS: [(&str, &[Quantity]); 3] = [
-    ("altitudes", &[Quantity::Altitude, Quantity::Grade]),
-    ("curves", &[Quantity::Latitude, Quantity::Curvature]),
-    ("stops", &[Quantity::Stop]),
+const PARTS: [(&str, &[Quantity], &str); 3] = [
+    ("altitudes", &[Quantity::Altitude, Quantity::Grade], "`altitude_m`"),
+    ("curves", &[Quantity::Latitude, Quantity::Curvature], "`curvature_per_m` or `lat` and `lon`"),
+    ("stops", &[Quantity::Stop], "`stop_s`"),
 ];
 
 /// Consumption without some parts, over that with all, less 1, in %: mean and 95th percentile of the
@@ -28,15 +28,16 @@ const WORTH_PERCENT: [[f64; 2]; 8] = [
     [-9.2, 18.3],
     [-22.0, 31.0],
 ];
-/// Change that is warned of, in %.
-const BOUND_PERCENT: f64 = 2.0;
+/// Mean change beyond which it is warned of, in %: a road without stops may well be right.
+const BOUND_PERCENT: f64 = 3.0;
 
 /// Names the parts that a route with these columns lacks.
 pub fn lacks(quantities: &[Quantity]) -> Option<Finding> {
-    let missing = |part: &(&str, &[Quantity])| !part.1.iter().any(|q| quantities.contains(q));
+    let missing = |part: &(&str, &[Quantity], &str)| !part.1.iter().any(|q| quantities.contains(q));
     let bits = PARTS.iter().enumerate().map(|(k, part)| usize::from(missing(part)) << k);
     let [mean, most] = WORTH_PERCENT[bits.sum::<usize>()];
-    let names: Vec<&str> = PARTS.iter().filter(|part| missing(part)).map(|part| part.0).collect();
+    let missed = || PARTS.iter().filter(|part| missing(part));
+    let names: Vec<&str> = missed().map(|part| part.0).collect();
     if names.is_empty() {
         return None;
     }
@@ -47,9 +48,14 @@ pub fn lacks(quantities: &[Quantity]) -> Option<Finding> {
         names.join(", no "),
         -mean
     );
-    let remedy = "add `altitude_m`, `curvature_per_m` or `lat` and `lon`, and `stop_s` where there are \
-                  any; a column of zeros says that there are none";
-    Some(Finding::warned("lacks", [most, BOUND_PERCENT], text, remedy))
+    let columns: Vec<&str> = missed().map(|part| part.2).collect();
+    let remedy = format!(
+        "add {} where there are any; a column of zeros says that there are none",
+        columns.join(", ")
+    );
+    let figures = [-mean, BOUND_PERCENT];
+    let make = if -mean > BOUND_PERCENT { Finding::warned } else { Finding::noted };
+    Some(make("lacks", figures, text, &remedy))
 }
 
 #[cfg(test)]
@@ -71,6 +77,9 @@ mod tests {
         }
         let with_altitude = lacks(&[Position, Limit, Altitude]).expect("lacks two parts");
         assert!(!with_altitude.text.contains("altitudes,"), "{with_altitude}");
+        let stops_only = lacks(&[Position, Limit, Altitude, Curvature]).expect("lacks one");
+        assert_eq!(stops_only.end, crate::intake::End::Noted);
+        assert!(stops_only.remedy.contains("stop_s") && !stops_only.remedy.contains("altitude"));
         assert!(with_altitude.figure < without_all.figure);
     }
 }

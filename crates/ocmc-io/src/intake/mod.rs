@@ -14,7 +14,9 @@ pub mod epw;
 pub mod finding;
 pub mod fuel_map;
 pub mod high_altitude;
+pub mod jump;
 pub mod lacks;
+pub mod limit_unit;
 pub mod sampling;
 pub mod slope;
 pub mod spacing;
@@ -24,5 +26,5 @@ pub mod trip;
 pub mod unused_column;
 pub mod values;
 
-pub use account::FileAccount;
+pub use account::{Extent, FileAccount};
 pub use finding::{End, Finding};

@@ -4,10 +4,47 @@ use super::Finding;
 use crate::intake::table::given::RowPlace;
 use crate::number_text::{grouped, rounded};
 
-/// Ends of columns, and the consumptions that road vehicles can have: none makes fuel, and the
-/// heaviest combinations uphill take some 300 L/100 km.
-const POSSIBLE: [(&str, [f64; 2]); 3] =
-    [("l_per_100km", [0.0, 500.0]), ("kg_per_100km", [0.0, 400.0]), ("kwh_per_km", [-5.0, 50.0])];
+/// A unit of consumption over the distance.
+struct Unit {
+    /// Ends of names of columns, without blanks, brackets and case, `per` as `/`.
+    forms: &'static [&'static str],
+    /// What road vehicles can take: none makes fuel, and the heaviest combinations uphill take some
+    /// 300 L/100 km.
+    possible: [f64; 2],
+    /// Medians of fleets, from small cars to road trains (judgement).
+    usual: [f64; 2],
+    /// What it probably is below and above that.
+    likely: [&'static str; 2],
+}
+
+const UNITS: [Unit; 4] = [
+    Unit {
+        forms: &["l/100km", "litres/100km", "liters/100km", "liter/100km", "litre/100km"],
+        possible: [0.0, 500.0],
+        usual: [3.0, 90.0],
+        likely: ["L/km, or km/L", "L/1000 km, or L an hour"],
+    },
+    Unit {
+        forms: &["kg/100km"],
+        possible: [0.0, 400.0],
+        usual: [0.5, 80.0],
+        likely: ["kg/km", "kg/1000 km"],
+    },
+    Unit {
+        forms: &["kwh/km"],
+        possible: [-5.0, 50.0],
+        usual: [0.08, 5.0],
+        likely: ["MWh/km", "kWh/100 km"],
+    },
+    Unit {
+        forms: &["kwh/100km"],
+        possible: [-500.0, 5000.0],
+        usual: [8.0, 500.0],
+        likely: ["kWh/km", "Wh/km"],
+    },
+];
+/// Share of impossible trips from which on the unit is another one.
+const MOST: f64 = 0.5;
 /// Distance from the median, in standard deviations by the median deviation, from which on a trip
 /// is far from all others (judgement: of a law with heavy tails one in millions).
 const FAR: f64 = 20.0;
@@ -16,27 +53,76 @@ const MAD_SD: f64 = 1.4826;
 /// Fewest trips of which a spread is known.
 const FEWEST: usize = 10;
 
-/// Whether a trip can have taken so much.
-pub fn is_possible(column: &str, value: f64) -> bool {
-    let range = POSSIBLE.iter().find(|(end, _)| column.ends_with(end));
-    range.is_none_or(|(_, [low, high])| !(value < *low || value > *high))
+/// The unit in the name of a column.
+fn unit_of(column: &str) -> Option<&'static Unit> {
+    let is_part = |c: &char| !c.is_whitespace() && !['_', '(', ')', '[', ']'].contains(c);
+    let name = column.to_lowercase().replace("_per_", "/").replace(" per ", "/");
+    let name: String = name.chars().filter(is_part).collect();
+    let ends = |form: &&str| {
+        let rest = name.strip_suffix(*form);
+        // `fuel/100km` ends so, too
+        rest.is_some_and(|_| form.len() > 8 || !name.ends_with("fuel/100km"))
+    };
+    UNITS.iter().find(|unit| unit.forms.iter().any(|form| ends(&form)))
 }
 
-/// Names trips that were left out because they cannot be.
-pub fn impossible(column: &str, trips: &[(RowPlace, f64)]) -> Option<Finding> {
+/// Whether the name of a column is that of a consumption over the distance, with its unit.
+pub fn is_consumption(column: &str) -> bool {
+    unit_of(column).is_some()
+}
+
+/// Whether a trip can have taken so much.
+pub fn is_possible(column: &str, value: f64) -> bool {
+    let range = unit_of(column).map(|unit| unit.possible);
+    range.is_none_or(|[low, high]| !(value < low || value > high))
+}
+
+/// Names trips that were left out because they cannot be, of `all` trips; where most of them are, the
+/// unit is refused.
+pub fn impossible(column: &str, trips: &[(RowPlace, f64)], all: usize) -> Option<Finding> {
     let (place, value) = trips.first()?;
-    let (_, [low, high]) = POSSIBLE.iter().find(|(end, _)| column.ends_with(end))?;
-    let bound = if value < low { *low } else { *high };
+    let [low, high] = unit_of(column)?.possible;
+    let bound = if *value < low { low } else { high };
+    let count = if trips.len() == 1 {
+        "1 trip".to_owned()
+    } else {
+        format!("{} trips", grouped(trips.len() as u64))
+    };
+    if trips.len() as f64 > MOST * all as f64 {
+        let text = format!(
+            "{count} of {} of column `{column}` lie outside {low} to {high}, first {value} in {place}",
+            grouped(all as u64)
+        );
+        let remedy = "it has another unit than its name says: convert it, or rename it";
+        return Some(Finding::refused("impossible-trip", [*value, bound], text, remedy));
+    }
     let text = format!(
-        "{} of column `{column}` outside {low} to {high}, left out, first {value} in {place}",
-        if trips.len() == 1 {
-            "1 trip".to_owned()
-        } else {
-            format!("{} trips", grouped(trips.len() as u64))
-        }
+        "{count} of column `{column}` outside {low} to {high}, left out, first {value} in {place}"
     );
     let remedy = "no road vehicle takes that: correct the row, or the unit";
     Some(Finding::warned("impossible-trip", [*value, bound], text, remedy))
+}
+
+/// Names a fleet whose trips take what none does in the mean.
+pub fn unusual(column: &str, trips: &[(RowPlace, f64)]) -> Option<Finding> {
+    let unit = unit_of(column)?;
+    let mut values: Vec<f64> = trips.iter().map(|trip| trip.1).filter(|v| v.is_finite()).collect();
+    if values.is_empty() {
+        return None;
+    }
+    let middle = median(&mut values);
+    let [low, high] = unit.usual;
+    let (bound, likely) = match middle {
+        _ if middle < low => (low, unit.likely[0]),
+        _ if middle > high => (high, unit.likely[1]),
+        _ => return None,
+    };
+    let text = format!(
+        "the median of column `{column}` is {}: fleets have {low} to {high}",
+        rounded(middle)
+    );
+    let remedy = format!("is it in {likely}?");
+    Some(Finding::warned("unusual-consumption", [middle, bound], text, &remedy))
 }
 
 /// Names the trip that is far from all others.
@@ -82,8 +168,14 @@ mod tests {
         assert!(!is_possible("consumption_l_per_100km", -30.0));
         assert!(!is_possible("fuel_l_per_100km", 3000.0));
         let place = RowPlace::Line(7);
-        let found = impossible("consumption_l_per_100km", &[(place, -30.0)]).unwrap();
+        let found = impossible("consumption_l_per_100km", &[(place, -30.0)], 9).unwrap();
         assert!(found.text.contains("-30 in line 7"), "{found}");
+        let all: Vec<_> = (0..9).map(|k| (place, 120.0 + f64::from(k))).collect();
+        assert!(impossible("consumption_kwh_per_km", &all, 9).unwrap().is_refusal());
+        let of = |column, value: f64| unusual(column, &[(place, value)]);
+        assert!(of("Consumption (L/100 km)", 0.31).unwrap().remedy.contains("L/km"));
+        assert!(of("consumption_l_per_100km", 31.0).is_none() && of("points", 0.1).is_none());
+        assert!(is_consumption("l/100km [l]") == is_consumption("x") && is_consumption("L/100km"));
         let mut trips: Vec<_> = (0..20).map(|k| (place, 30.0 + f64::from(k % 5))).collect();
         assert!(far("x", &trips).is_none());
         trips.push((RowPlace::Line(30), 300.0));

@@ -23,8 +23,9 @@ const WITHOUT_EFFECT: [&str; 12] = [
 ];
 /// A column of a trace of this program, which has many that follow from the drive.
 const OF_A_TRACE: &str = "desired_speed_mps";
-/// Quantities of a log that a cycle would take.
-const SLOPES: [Quantity; 3] = [Quantity::Grade, Quantity::Gradient, Quantity::Altitude];
+/// Quantities of a log that matter to a cycle.
+const MATTER: [Quantity; 4] =
+    [Quantity::Grade, Quantity::Gradient, Quantity::Altitude, Quantity::Payload];
 /// Beginnings of such names: auxiliaries, engine and wind of VECTO's cycles.
 const BEGINNINGS: [&str; 6] = ["aux_", "padd", "vair", "n_eng", "pe_", "unnamed"];
 
@@ -35,7 +36,7 @@ pub fn judge(left_out: &[String], allowed: &str) -> Option<Finding> {
     }
     let matters = |name: &&String| {
         // what logs and traces have besides is known, and has no part in a cycle
-        if LOG.means(name).is_some_and(|quantity| !SLOPES.contains(&quantity)) {
+        if LOG.means(name).is_some_and(|quantity| !MATTER.contains(&quantity)) {
             return false;
         }
         let name = name.to_lowercase();

@@ -1,6 +1,7 @@
 //! What has to be said of a log that was read: where a drive stands, and what is odd.
 
 use super::{LogFile, LoggedTrip};
+use crate::intake::Finding;
 use crate::number_text::{count_of, grouped, has_decimal_comma};
 use ocmc_estimation::log::signal::LogCounts;
 
@@ -46,31 +47,30 @@ impl LogFile {
             None => format!("drive `{}` of `{path}`", drive.drive),
         }
     }
+}
 
-    /// What is odd in it.
-    pub fn warnings(&self) -> Vec<String> {
-        let path = self.path.display();
-        let mut warnings = self.read.warnings();
-        if self.ragged_rows > 0 {
-            let (ragged, rows) = (grouped(self.ragged_rows as u64), grouped(self.rows as u64));
-            warnings.push(format!(
-                "{ragged} of {rows} rows of `{path}` have too few or too many cells: what is \
-                 there is used"
-            ));
-        }
-        for cells in &self.unreadable {
-            warnings.push(format!(
-                "{} cells of `{}` in `{path}` are no numbers, first `{}` in {}: they count as \
-                 missing{}",
-                grouped(cells.cells as u64),
-                cells.column,
-                cells.text,
-                cells.place,
-                how_numbers_are_written(&cells.column, &cells.text)
-            ));
-        }
-        warnings
-    }
+/// Rows with too few or too many cells, and cells that are no numbers.
+pub(super) fn cells_left_out(file: &LogFile) -> Vec<Finding> {
+    let rows = grouped(file.rows as u64);
+    let ragged = (file.ragged_rows > 0).then(|| {
+        let text = format!(
+            "{} of {rows} rows have too few or too many cells: what is there is used",
+            grouped(file.ragged_rows as u64)
+        );
+        Finding::warned("ragged-rows", [file.ragged_rows as f64, 0.0], text, "")
+    });
+    let unreadable = file.unreadable.iter().map(|cells| {
+        let text = format!(
+            "{} cells of `{}` are no numbers, first `{}` in {}: they count as missing{}",
+            grouped(cells.cells as u64),
+            cells.column,
+            cells.text,
+            cells.place,
+            how_numbers_are_written(&cells.column, &cells.text)
+        );
+        Finding::warned("unreadable-cells", [cells.cells as f64, 0.0], text, "")
+    });
+    ragged.into_iter().chain(unreadable).collect()
 }
 
 /// What to do about a cell that is no number and looks like one, or like a time.

@@ -2,6 +2,7 @@
 //! fit curve-speed` reads it.
 
 use super::{LogFile, LoggedTrip, Need};
+use crate::intake::FileAccount;
 use crate::intake::table::{Quantity, spreadsheet};
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_estimation::log::TripLog;
@@ -105,6 +106,8 @@ pub struct FoundCurves {
     pub drives: Vec<TripCurves>,
     /// Where the others stand, and why they could not.
     pub left_out: Vec<(String, TripError)>,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
 }
 
 impl FoundCurves {
@@ -116,6 +119,7 @@ impl FoundCurves {
         steering: Option<Steering>,
         mut look: impl FnMut() -> ControlFlow<B>,
     ) -> ControlFlow<B> {
+        self.inputs.push(file.read.clone());
         for drive in &file.drives {
             look()?;
             match detect(drive, options, steering) {

@@ -5,6 +5,7 @@ use super::curves::{Steering, TripError, tells_steering_only};
 use super::noise::without_noise;
 use super::roads::{found, notes, road_log, steering_note};
 use super::{LogFile, LoggedTrip, row_notes};
+use crate::intake::FileAccount;
 use crate::intake::table::Quantity;
 use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -37,6 +38,8 @@ pub struct MeasuredDrives {
     pub notes: Vec<String>,
     /// Where the drives stand that could not be used, and why.
     pub left_out: Vec<(String, TripError)>,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
 }
 
 impl MeasuredDrives {
@@ -50,6 +53,7 @@ impl MeasuredDrives {
         steering: Option<Steering>,
         stops: bool,
     ) {
+        self.inputs.push(file.read.clone());
         for drive in &file.drives {
             let place = file.place(drive);
             let quiet = without_noise(drive).and_then(|(quiet, noise)| {
@@ -88,6 +92,7 @@ impl MeasuredDrives {
 
     /// Adds the drives of a log, whose roads are known.
     pub fn add(&mut self, file: &LogFile) {
+        self.inputs.push(file.read.clone());
         for drive in &file.drives {
             let place = file.place(drive);
             match ways(&road_log(drive, None)) {

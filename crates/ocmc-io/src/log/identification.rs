@@ -2,6 +2,7 @@
 
 use super::LogFile;
 use super::pedals::events;
+use crate::intake::FileAccount;
 use crate::number_text::grouped;
 use ocmc_core::study::Study;
 use ocmc_estimation::identification::identify::EventFit;
@@ -68,11 +69,14 @@ pub struct Identification {
     pub trucks: Vec<TruckMass>,
     /// What was not used of the drives.
     pub notes: Vec<String>,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
 }
 
 impl Identification {
     /// Adds the events of a log, driven with the truck and by a driver of a study.
     pub fn add(&mut self, file: &LogFile, study: &Study) {
+        self.inputs.push(file.read.clone());
         let first = self.waiting.len();
         for drive in &file.drives {
             let place = file.place(drive);

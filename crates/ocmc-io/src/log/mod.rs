@@ -12,12 +12,12 @@ use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
 
 use crate::intake::drift::{standing_speed, standing_speeds};
-use crate::intake::table::clock::LogClock;
+use crate::intake::table::clock::{LogClock, dated};
 use crate::intake::table::error::Fault;
 use crate::intake::table::formats::LOG;
 use crate::intake::table::given::{GivenTable, RowPlace};
 use crate::intake::table::{self, Column, Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{FileAccount, Finding, contradiction, slope};
+use crate::intake::{Extent, FileAccount, Finding, contradiction, slope};
 use crate::sha256;
 use arrow_array::Float64Array;
 use ocmc_core::operating_cycle::road::route_geometry::Path2d;
@@ -26,6 +26,9 @@ use std::path::{Path, PathBuf};
 
 /// What tells rows of different drives apart.
 const LABELS: [Quantity; 3] = [Quantity::Driver, Quantity::Drive, Quantity::Event];
+
+/// What tells a date.
+const CALENDAR: [Quantity; 2] = [Quantity::Date, Quantity::Day];
 
 /// Digits of a fingerprint.
 const FINGERPRINT: usize = 16;
@@ -154,8 +157,9 @@ pub struct LogFile {
 /// rows.
 pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, TableError> {
     let table = Table::open(source, &LOG, mappings)?;
-    let dated = table.column(Quantity::Time).is_none();
-    let date = table.column(Quantity::Date).filter(|_| dated);
+    let by_date = table.column(Quantity::Time).is_none();
+    let days = || table.column(Quantity::Date).or_else(|| table.column(Quantity::Day));
+    let date = days().filter(|_| by_date);
     for need in needs {
         if !(date.is_some() && need.contains(&Quantity::Time)) {
             table.need_any(need[0].noun(), need)?;
@@ -164,7 +168,9 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     let named = table.columns().iter().map(|column| {
         let name = table.names()[column.place].clone();
         match column.quantity {
-            Quantity::Date if dated => (Column { quantity: Quantity::Time, ..*column }, name),
+            Quantity::Date | Quantity::Day if date == Some(*column) => {
+                (Column { quantity: Quantity::Time, ..*column }, name)
+            }
             _ => (*column, name),
         }
     });
@@ -181,7 +187,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     let (texts, mut numbers): (Vec<Column>, Vec<Column>) = table
         .columns()
         .iter()
-        .filter(|column| !LABELS.contains(&column.quantity) && column.quantity != Quantity::Date)
+        .filter(|column| !LABELS.contains(&column.quantity) && !CALENDAR.contains(&column.quantity))
         .partition(|column| column.quantity.is_text());
     // a date is a time since some midnight
     numbers.extend(date.map(|column| Column { quantity: Quantity::Time, ..column }));
@@ -200,7 +206,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         let drive = drives.place(labels, numbers.len());
         for (k, column) in numbers.iter().enumerate().filter(|(k, _)| whole[*k].is_none()) {
             let read = if date.is_some() && column.quantity == Quantity::Time {
-                clock.time_s(row.text(Quantity::Date))
+                clock.time_s(&dated(row))
             } else {
                 row.logged(column)
             };
@@ -228,6 +234,12 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     account.findings.extend(clock.finding());
     file.read = account;
     file.drives = drives.finish(&numbers, &whole);
+    file.read.findings.extend(account::cells_left_out(&file));
+    let spans = file
+        .drives
+        .iter()
+        .filter_map(|drive| Some((drive.column(Quantity::Time)?, drive.column(Quantity::Speed))));
+    file.read.extent = Extent::of_drives(spans);
     let steps: Vec<(f64, f64)> = file.drives.iter().flat_map(sloped_steps).collect();
     file.read.judged(source.path(), slope::judge(steps))?;
     for need in needs {

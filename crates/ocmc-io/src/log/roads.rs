@@ -3,6 +3,7 @@
 use super::curves::{Steering, TripError, tells_steering_only, turning_log};
 use super::noise::noise_of_turning;
 use super::{LogFile, LoggedTrip, Need, counted, row_notes};
+use crate::intake::FileAccount;
 use crate::intake::table::formats::LOG;
 use crate::intake::table::{Mapping, Quantity, Source, Table};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
@@ -52,6 +53,8 @@ pub struct FoundRoads {
     pub notes: Vec<String>,
     /// Where the drives stand that could not be used, and why.
     pub left_out: Vec<(String, TripError)>,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
 }
 
 impl FoundRoads {
@@ -65,6 +68,7 @@ impl FoundRoads {
         steering: Option<Steering>,
         mut look: impl FnMut() -> ControlFlow<B>,
     ) -> ControlFlow<B> {
+        self.inputs.push(file.read.clone());
         for drive in &file.drives {
             look()?;
             let place = file.place(drive);

@@ -11,7 +11,8 @@ use ocmc_core::study::tree::{Step, TreeError};
 use ocmc_core::study::{Problem, StudyError, StudyModel};
 
 /// Keys of earlier studies that have gone, and where what they said is said now.
-const MOVED: [(&str, &str); 4] = [
+const MOVED: [(&str, &str); 5] = [
+    ("base", "study.base"),
     ("vehicle.powertrain.battery_electric.charging", "charging.stop"),
     ("vehicle.engine", "vehicle.powertrain.combustion.engine"),
     ("vehicle.gearbox", "vehicle.powertrain.combustion.gearbox"),
@@ -26,6 +27,17 @@ const NO_HIDDEN: &str = "letters that are shown: no control characters, none tha
 fn range_of(path: &str) -> Option<String> {
     let plain: String = path.split('[').map(|p| p.split_once(']').map_or(p, |(_, q)| q)).collect();
     Key(&declarations()).at(&plain).and_then(Key::bounds).map(range)
+}
+
+/// The keys that a table has to have, and that are not there.
+fn required_of(root: &Node, table: &str) -> Vec<String> {
+    let declared = declarations();
+    let entry = Key(&declared).at(table).map(|key| key.entry().0.clone());
+    let required = entry.as_ref().and_then(|entry| entry["required"].as_array());
+    let names = required.into_iter().flatten().filter_map(|name| name.as_str());
+    let here = root.get(table);
+    let missing = names.filter(|name| here.is_none_or(|node| node.get(name).is_none()));
+    missing.map(|name| format!("`{table}.{name}`")).collect()
 }
 
 /// Numbers that are infinite or none, each with its place.
@@ -141,6 +153,8 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
     let allowed = range_of(&key).map_or_else(String::new, |range| format!(", allowed is {range}"));
     let fault = Fault::new(Cause::Missing { key, allowed }).at(place.as_ref());
     match steps.as_slice() {
+        [Step::Key(table), _] if table == "charging" => fault
+            .help(format!("what a charging plan needs: {}", required_of(root, table).join(", "))),
         [_] => fault.help("`study.base = \"field-truck\"` inherits what a study does not say"),
         [Step::Key(table), _] if table == "vehicle" => {
             fault.help("`vehicle.base = \"tractor-40t\"` inherits what a vehicle does not say")

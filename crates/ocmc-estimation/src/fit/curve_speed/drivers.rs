@@ -198,8 +198,8 @@ pub(super) fn random_effects(
     let slope = rows.random_slope().map(|fit| summary(&fit));
     if intercept.as_ref().is_some_and(|fit| fit.singular) {
         warnings.push(
-            "the REML fit is singular: drivers differ by no more than their curves do, so that \
-             `driver_sd` is 0"
+            "the REML fit is singular: drivers differ by no more than their curves do, so that its \
+             SD between drivers is 0; that of the table follows from the drivers' means"
                 .into(),
         );
     }

@@ -84,6 +84,8 @@ const FEWEST: usize = 48;
 /// An hour, and how far two records that are an hour apart may be off it, in s.
 const HOUR_S: f64 = 3600.0;
 const OFF_S: f64 = 1.0;
+/// Longest step over which a correlation still tells that over an hour.
+const LONGEST_STEP_S: f64 = 12.0 * HOUR_S;
 /// Harmonics of year and day have to be seen up to here on both sides of 0 (judgement): from
 /// November to February, and from May to August.
 const HARMONIC_SEEN: f64 = 0.5;
@@ -104,8 +106,10 @@ struct Temperatures {
 
 struct Hours<'a> {
     records: &'a [HourlyRecord],
-    /// Places of records that an hour parts.
+    /// Places of records that a step parts.
     pairs: Vec<[usize; 2]>,
+    /// The step, in h: 1, or more where records are farther apart.
+    step_h: f64,
     estimates: Estimates<'static>,
 }
 
@@ -115,12 +119,20 @@ struct Hours<'a> {
 /// # Errors
 /// [`WeatherFitError`] where nothing can be estimated.
 pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, WeatherFitError> {
-    let pairs = (1..records.len())
-        .filter(|k| (records[*k].time_s - records[*k - 1].time_s - HOUR_S).abs() <= OFF_S)
+    let apart_s = |k: usize| records[k].time_s - records[k - 1].time_s;
+    let mut steps_s: Vec<f64> = (1..records.len()).map(apart_s).collect();
+    steps_s.sort_by(f64::total_cmp);
+    let step_s = steps_s.get(steps_s.len() / 2).map_or(HOUR_S, |step_s| step_s.max(HOUR_S));
+    // what follows over a day or more says nothing of an hour
+    let step_s =
+        if (step_s - HOUR_S).abs() <= OFF_S || step_s > LONGEST_STEP_S { HOUR_S } else { step_s };
+    let pairs: Vec<[usize; 2]> = (1..records.len())
+        .filter(|k| (apart_s(*k) - step_s).abs() <= OFF_S)
         .map(|k| [k - 1, k])
         .collect();
     let mut model = base.clone();
-    let mut hours = Hours { records, pairs, estimates: Estimates::default() };
+    let (step_h, estimates) = (step_s / HOUR_S, Estimates::default());
+    let mut hours = Hours { records, pairs, step_h, estimates };
     let temperatures = hours.temperature(&mut model.temperature);
     hours.pressure(&mut model);
     hours.humidity(temperatures.as_ref(), &mut model.humidity);
@@ -162,11 +174,23 @@ impl Hours<'_> {
     }
 
     /// The correlation of values over an hour, and from how many pairs; none where they do not
-    /// vary.
+    /// vary. Of longer steps it is the root: the deviations are autoregressive.
     fn hourly_correlation(&self, values: &[f64]) -> Option<(f64, usize)> {
         let pairs = self.pairs.iter().map(|[a, b]| (values[*a], values[*b]));
-        correlation(pairs.filter(|(x, y)| x.is_finite() && y.is_finite()))
-            .filter(|(_, n)| *n >= FEWEST)
+        let found = correlation(pairs.filter(|(x, y)| x.is_finite() && y.is_finite()));
+        let (phi, n) = found.filter(|(_, n)| *n >= FEWEST)?;
+        let is_root = self.step_h > 1.0 && phi > 0.0;
+        Some((if is_root { libm::pow(phi, 1.0 / self.step_h) } else { phi }, n))
+    }
+
+    /// The correlation over a step, of that over an hour.
+    fn over_step(&self, phi: f64) -> f64 {
+        if self.step_h > 1.0 { libm::pow(phi.max(0.0), self.step_h) } else { phi }
+    }
+
+    /// Pairs of records that an hour parts.
+    fn hour_pairs(&self) -> &[[usize; 2]] {
+        if self.step_h > 1.0 { &[] } else { &self.pairs }
     }
 
     /// Time of a record, in h.
@@ -185,7 +209,10 @@ impl Hours<'_> {
             return *into;
         };
         let phi = self.remembered(phi);
-        let error = ((1.0 - phi * phi).max(0.0) / n as f64).sqrt();
+        let step = self.over_step(phi);
+        // of the root: its slope by that over the step
+        let slope = if self.step_h > 1.0 { phi / (self.step_h * step) } else { 1.0 };
+        let error = slope * ((1.0 - step * step).max(0.0) / n as f64).sqrt();
         self.estimates.set(key, into, phi, Some(error), n);
         phi
     }
@@ -321,7 +348,7 @@ impl Hours<'_> {
         let deviations: Vec<f64> =
             self.records.iter().map(|record| record.weather.pressure_pa - mean).collect();
         let model = &mut model.pressure;
-        let phi = self.hourly_correlation(&deviations).map_or(0.0, |(phi, _)| phi);
+        let phi = self.hourly_correlation(&deviations).map_or(0.0, |(phi, _)| self.over_step(phi));
         let sd = root_mean_square(&deviations) * restored(inflation(phi), n as f64);
         self.estimates.set("pressure.sd", &mut model.sd, sd, Some(sd_error(sd, phi, n)), n);
         let into = &mut model.hourly_correlation;
@@ -375,6 +402,7 @@ impl Hours<'_> {
         }
         let into = &mut model.hourly_correlation;
         let phi = self.correlate("humidity.hourly_correlation", &deviations, into);
+        let over_step = self.over_step(phi);
         let gram = fit.inverse_gram();
         // columns that are not fitted stay 0
         let columns = |k: usize| {
@@ -408,7 +436,7 @@ impl Hours<'_> {
         set("mean_logit", &mut model.mean_logit, found[0], error(0));
         set("annual_amplitude", &mut model.annual_amplitude, found[1], error(1));
         set("daily_amplitude", &mut model.daily_amplitude, found[2], error(2));
-        set("sd", &mut model.sd, sd, sd_error(sd, phi, n));
+        set("sd", &mut model.sd, sd, sd_error(sd, over_step, n));
         if warmer.is_some() {
             set("temperature_slope_per_k", &mut model.temperature_slope_per_k, found[3], error(3));
         }
@@ -420,7 +448,7 @@ impl Hours<'_> {
         let value = |place: usize| self.records[place].weather.precipitation_mps;
         // hours that follow a dry and a wet one, and how many of them are wet
         let mut counts = [[0_usize; 2]; 2];
-        for [a, b] in &self.pairs {
+        for [a, b] in self.hour_pairs() {
             if value(*a).is_finite() && value(*b).is_finite() {
                 let [hours, wet] = &mut counts[usize::from(value(*a) > 0.0)];
                 *hours += 1;

@@ -61,7 +61,7 @@ impl Hours<'_> {
         let north = places.iter().map(|place| libm::cos(value(*place))).sum::<f64>() / n;
         let east = places.iter().map(|place| libm::sin(value(*place))).sum::<f64>() / n;
         let length = libm::hypot(north, east);
-        let turns = self.pairs.iter().map(|[a, b]| libm::cos(value(*b) - value(*a)));
+        let turns = self.hour_pairs().iter().map(|[a, b]| libm::cos(value(*b) - value(*a)));
         let turns: Vec<f64> = turns.filter(|cosine| cosine.is_finite()).collect();
         // a mean direction is distinguished from none where its length is beyond that of
         // independent directions

@@ -1,7 +1,8 @@
 //! The clock of tables of measurements: a date and time of the day, or seconds.
 //!
 //! A study's clock is the standard time of its place, all year. A stamp without a zone is taken for
-//! that. One with an offset, such as `2024-07-01T14:00+02:00`, names an instant: it is converted to
+//! that, or for the clock of a zone, with its summer time, where the caller names one. One with an
+//! offset, such as `2024-07-01T14:00+02:00`, names an instant: it is converted to
 //! the zone that the caller gives, otherwise at the offset of the first row. A stamp in UTC (`Z`,
 //! `+00:00`) does not tell where the place is, so that the zone has to be given.
 
@@ -10,12 +11,49 @@ use super::error::TableError;
 use super::quantity::Quantity;
 use super::{Row, Table};
 use crate::intake::Finding;
+use jiff::tz::TimeZone;
 
-pub use super::date::UTC_OFFSETS_H;
+use super::date::UTC_OFFSETS_H;
 
 const DAY_S: f64 = 86_400.0;
 const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = 365.0 * DAY_S;
+/// Columns whose times are UTC, although nothing says so: those of the German weather service.
+const UTC_NAMES: [&str; 1] = ["mess_datum"];
+
+/// The clock of the place, where a caller knows it.
+#[derive(Clone, Debug)]
+pub enum PlaceClock {
+    /// Hours by which its standard time is ahead of UTC.
+    Ahead(f64),
+    /// A zone: times without an offset are its local times, with summer time.
+    Zone(TimeZone),
+}
+
+impl PlaceClock {
+    /// A standard time.
+    ///
+    /// # Errors
+    /// What is allowed.
+    pub fn ahead(hours: f64) -> Result<Self, String> {
+        let [least, most] = [UTC_OFFSETS_H.start(), UTC_OFFSETS_H.end()];
+        let is_one = UTC_OFFSETS_H.contains(&hours);
+        is_one
+            .then_some(Self::Ahead(hours))
+            .ok_or_else(|| format!("allowed are hours from {least} to {most}"))
+    }
+
+    /// The zone of a name.
+    ///
+    /// # Errors
+    /// What is allowed.
+    pub fn zone(name: &str) -> Result<Self, String> {
+        let zone = date::zone(name).map(Self::Zone);
+        zone.ok_or_else(|| {
+            format!("`{name}` is no time zone: allowed are names such as Europe/Berlin or America/Chicago")
+        })
+    }
+}
 
 /// The clock of a table.
 pub(crate) struct ClockColumn {
@@ -23,6 +61,11 @@ pub(crate) struct ClockColumn {
     quantity: Quantity,
     /// Offset of the place's standard time from UTC, in s, as far as it is known.
     place_s: Option<f64>,
+    zone: Option<TimeZone>,
+    /// The instant of the row before, in s of UTC.
+    last_utc_s: f64,
+    /// A column of UTC by its name, which says no zone.
+    utc: Option<String>,
     changes: ClockChanges,
 }
 
@@ -76,48 +119,90 @@ impl ClockChanges {
 
 impl ClockColumn {
     /// Finds it.
-    pub(crate) fn find(table: &Table, utc_offset_h: Option<f64>) -> Result<Self, TableError> {
+    pub(crate) fn find(table: &Table, place: Option<&PlaceClock>) -> Result<Self, TableError> {
         let seconds = table.column(Quantity::Time);
-        let any = [Quantity::Date, Quantity::Time];
+        let any = [Quantity::Date, Quantity::Day, Quantity::Time];
         let column = seconds.map_or_else(|| table.need_any("time", &any), Ok)?;
-        let place_s = utc_offset_h.map(|hours| 3600.0 * hours);
-        Ok(Self { quantity: column.quantity, place_s, changes: ClockChanges::default() })
+        let name = &table.names()[column.place];
+        let is_utc = UTC_NAMES.iter().any(|utc| name.eq_ignore_ascii_case(utc));
+        let (place_s, zone) = match place {
+            None => (None, None),
+            Some(PlaceClock::Ahead(hours)) => (Some(3600.0 * hours), None),
+            Some(PlaceClock::Zone(zone)) => (None, Some(zone.clone())),
+        };
+        let utc = is_utc.then(|| name.clone());
+        let (changes, last_utc_s) = (ClockChanges::default(), f64::NEG_INFINITY);
+        Ok(Self { quantity: column.quantity, place_s, zone, last_utc_s, utc, changes })
     }
 
-    /// Changes that were made up for.
-    pub(crate) fn finding(&self) -> Option<Finding> {
-        self.changes.finding()
+    /// What was made up for, and what is odd.
+    pub(crate) fn findings(&self) -> Vec<Finding> {
+        let unplaced = self.utc.as_ref().filter(|_| self.place_s.is_none() && self.zone.is_none());
+        let of_utc = unplaced.map(|name| {
+            let text = format!(
+                "the times of `{name}` are UTC, and are taken for the standard time of the place: \
+                 hours of the day are off by as much"
+            );
+            let remedy = "say where it is, as in --zone Europe/Berlin (zone in Python)";
+            Finding::warned("utc-stamps", [0.0, 0.0], text, remedy)
+        });
+        of_utc.into_iter().chain(self.changes.finding()).collect()
+    }
+
+    /// The standard time of the place, in s since 1900, of a stamp.
+    fn place_time_s(&mut self, stamp_s: f64, offset_s: Option<f64>) -> Option<f64> {
+        let offset_s = offset_s.or(self.utc.is_some().then_some(0.0));
+        if let Some(zone) = &self.zone {
+            let utc_s = match offset_s {
+                Some(offset_s) => stamp_s - offset_s,
+                None => {
+                    let [earlier, later] = date::instants(zone, stamp_s)?;
+                    if earlier > self.last_utc_s { earlier } else { later }
+                }
+            };
+            self.last_utc_s = utc_s;
+            let ahead_s = self.place_s.unwrap_or_else(|| date::standard_offset_s(zone, utc_s));
+            self.place_s = Some(ahead_s);
+            return Some(utc_s + ahead_s);
+        }
+        let time_s = match (offset_s, self.place_s) {
+            (Some(offset_s), Some(place_s)) => stamp_s - offset_s + place_s,
+            (Some(_), None) => stamp_s,
+            (None, _) => self.changes.continued(stamp_s),
+        };
+        if self.utc.is_none() {
+            self.place_s = self.place_s.or(offset_s);
+        }
+        Some(time_s)
     }
 
     /// Time since some midnight, in s, and day of the year with its fraction, of a row that has to
     /// come after a time.
     pub(crate) fn after(&mut self, row: &Row, last: Option<f64>) -> Result<(f64, f64), TableError> {
-        let refuse = |allowed| row.refuse(self.quantity, allowed);
-        let (time_s, day_of_year) = if self.quantity == Quantity::Date {
-            let (stamp_s, offset_s) = date::parse(row.text(self.quantity))
-                .ok_or_else(|| refuse("a date and time such as 2024-03-01T14:00"))?;
-            let time_s = match (offset_s, self.place_s) {
-                (Some(offset_s), Some(place_s)) => stamp_s - offset_s + place_s,
-                (Some(0.0), None) => {
-                    return Err(refuse(
-                        "a time of the place: this one is UTC; say by how many hours the place's \
-                         standard time is ahead of it (--utc-offset, utc_offset_h in Python)",
-                    ));
-                }
-                (Some(_), None) => stamp_s,
-                (None, _) => self.changes.continued(stamp_s),
-            };
-            self.place_s = self.place_s.or(offset_s);
+        let quantity = self.quantity;
+        let refuse = |allowed| row.refuse(quantity, allowed);
+        let (time_s, day_of_year) = if quantity.is_text() {
+            let wanted = "a date and time such as 2024-03-01T14:00 (of 3/1/2024 it is not clear which \
+                          is the month)";
+            let (stamp_s, offset_s) = date::parse(&dated(row)).ok_or_else(|| refuse(wanted))?;
+            if offset_s == Some(0.0) && self.place_s.is_none() && self.zone.is_none() {
+                return Err(refuse(
+                    "a time of the place: this one is UTC; say where it is (--zone Europe/Berlin, \
+                     zone in Python), or by how many hours the place's standard time is ahead of it \
+                     (--utc-offset, utc_offset_h in Python)",
+                ));
+            }
+            let time_s = self.place_time_s(stamp_s, offset_s).ok_or_else(|| refuse(wanted))?;
             (time_s, day_of_year(time_s))
         } else {
-            let time_s = row.number(self.quantity)?;
+            let time_s = row.number(quantity)?;
             if !(time_s >= 0.0 && time_s.is_finite()) {
                 return Err(refuse("seconds since the midnight of a 1 January"));
             }
             (time_s, time_s % YEAR_S / DAY_S)
         };
         if last.is_some_and(|last| time_s <= last) {
-            return Err(row.refuse(self.quantity, "a time after that of the row before"));
+            return Err(row.refuse(quantity, "a time after that of the row before"));
         }
         Ok((time_s, day_of_year))
     }
@@ -127,6 +212,15 @@ impl ClockColumn {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LogClock {
     changes: ClockChanges,
+    /// Days that have passed since the first row, of times of the day, and the last one.
+    days: f64,
+    last_s: Option<f64>,
+}
+
+/// The date of a row, from one column or from two.
+pub(crate) fn dated(row: &Row) -> String {
+    let (day, time) = (row.text(Quantity::Day), row.text(Quantity::Date));
+    if day.is_empty() || time.is_empty() { format!("{day}{time}") } else { format!("{day} {time}") }
 }
 
 impl LogClock {
@@ -138,8 +232,19 @@ impl LogClock {
         match date::parse(text) {
             Some((stamp_s, Some(offset_s))) => Ok(stamp_s - offset_s),
             Some((stamp_s, None)) => Ok(self.changes.continued(stamp_s)),
-            None => Err(text.to_owned()),
+            None => self.time_of_day_s(text).ok_or_else(|| text.to_owned()),
         }
+    }
+
+    /// Time since the midnight before the first row, in s, of a time of the day.
+    fn time_of_day_s(&mut self, text: &str) -> Option<f64> {
+        let second_s = date::second_of_day(text)?;
+        // half a day back is the next day
+        if self.last_s.is_some_and(|last_s| second_s < last_s - 0.5 * DAY_S) {
+            self.days += 1.0;
+        }
+        self.last_s = Some(second_s);
+        Some(second_s + DAY_S * self.days)
     }
 
     /// Changes that were made up for.
@@ -159,7 +264,7 @@ mod tests {
         let text = format!("time\n{}\n", stamps.join("\n"));
         let source = Source::Text(Path::new("t.csv"), &text);
         let file = Table::open(source, &crate::intake::table::formats::WEATHER, &[])?;
-        let mut clock = ClockColumn::find(&file, utc_offset_h)?;
+        let mut clock = ClockColumn::find(&file, utc_offset_h.map(PlaceClock::Ahead).as_ref())?;
         let (mut first, mut last) = (None, None);
         file.for_each(|row| {
             let (time_s, day) = clock.after(row, last.map(|(time_s, _)| time_s))?;

@@ -216,6 +216,12 @@ pub enum Fault {
          (`gpsbabel -i gpx -f in.gpx -o unicsv -F out.csv`), ogr2ogr or a spreadsheet"
     )]
     Extension,
+    /// A track, a sheet or an archive where a table is read.
+    #[error(
+        " is no table of separated cells: save a sheet as CSV; write a track as CSV, for example \
+         with GPSBabel (`gpsbabel -i gpx -f in.gpx -o unicsv -F out.csv`) or ogr2ogr"
+    )]
+    NotSeparated,
     /// A text that is not the JSON of an operating cycle.
     #[error(" is not an operating cycle in JSON as `ocmc cycle` writes it: {0}")]
     Json(serde_json::Error),

@@ -28,6 +28,7 @@ pub const LOG: Schema = Schema {
     fields: &[
         Field::of(Q::Time),
         Field::of(Q::Date),
+        Field::of(Q::Day),
         Field::of(Q::Speed),
         Field::of(Q::YawRate),
         Field::of(Q::Curvature),
@@ -94,6 +95,7 @@ pub const WEATHER: Schema = Schema {
     fields: &[
         SINCE_NEW_YEAR,
         Field::of(Q::Date),
+        Field::of(Q::Day),
         Field::named(Q::Temperature, &[("k", &["temperature_k"]), ("c", &["temperature_c"])])
             .within(173.15, 343.15, "a temperature between -100 and 70 °C, or nothing"),
         Field::named(Q::Pressure, &[("pa", &["pressure_pa"]), ("hpa", &["pressure_hpa"])]).within(
@@ -127,6 +129,7 @@ pub const TRAFFIC: Schema = Schema {
     fields: &[
         SINCE_NEW_YEAR,
         Field::of(Q::Date),
+        Field::of(Q::Day),
         Field::of(Q::RoadType),
         Field::of(Q::Site),
         positive(Q::DensityShare),

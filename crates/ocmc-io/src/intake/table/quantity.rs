@@ -12,6 +12,7 @@ use ocmc_core::energy::Carrier;
 pub enum Quantity {
     Time,
     Date,
+    Day,
     TimeOfDay,
     DayOfYear,
     Driver,
@@ -112,11 +113,13 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 63] = [
+pub const VOCABULARY: [Entry; 64] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
         "of weather and traffic, such as `2024-03-01T14:00`"),
+    entry(Q::Day, &["date"], unit::TEXT, "date",
+        "such as `2024-03-01`, where the time of the day stands in a column of its own"),
     entry(Q::TimeOfDay, &["time_of_day"], unit::TIME, "time of the day", "from midnight"),
     entry(Q::DayOfYear, &["day_of_year"], unit::NUMBER, "day of the year", "from 0"),
     entry(Q::Driver, &["driver"], unit::TEXT, "driver", "who drove"),
@@ -312,7 +315,7 @@ mod tests {
         assert!(Q::Speed.lacks_unit("speed") && Q::Speed.lacks_unit("speed_furlongs"));
         assert!(!Q::Speed.lacks_unit("speedy") && !Q::Speed.lacks_unit("speed_limit_sign"));
         assert!(!Q::Acceleration.lacks_unit("lateral_acceleration_g"));
-        assert!(Q::Temperature.in_other_unit("temperature_f"));
+        assert!(Q::Pressure.in_other_unit("pressure_inhg"));
         assert!(!Q::Speed.in_other_unit("speed_sensor"));
         let mut names: Vec<String> =
             VOCABULARY.iter().flat_map(|entry| entry.quantity.names()).collect();

@@ -133,12 +133,17 @@ struct Name<'a> {
 }
 
 /// The name and the unit of a header: `speed [km/h]`, `speed (km/h)`, `speed / km/h`,
-/// `speed, km/h` or `speed in km/h`.
+/// `speed, km/h`, `speed in km/h` or `grade%`.
 fn split_unit(header: &str) -> (&str, Option<&str>) {
     if let Some((text, rest)) = header.split_once('[') {
         return (text, Some(rest.split(']').next().unwrap_or_default().trim()));
     }
     let header = header.trim();
+    for unit in ["%", "‰"] {
+        if let Some(text) = header.strip_suffix(unit).filter(|text| !text.ends_with('(')) {
+            return (text.trim_end_matches(['_', ' ']), Some(unit));
+        }
+    }
     let in_parentheses = header.strip_suffix(')').and_then(|text| text.rsplit_once('('));
     let others = [" / ", ", ", " in "].into_iter().filter_map(|by| header.rsplit_once(by));
     let mut all = in_parentheses.into_iter().chain(others);

@@ -88,6 +88,9 @@ pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
             if file.fill_buf().map_err(failed)?.starts_with(b"PAR1") {
                 return parquet(path);
             }
+            if is_other_format(file.buffer()) {
+                return Err(TableError::of(path, Fault::NotSeparated));
+            }
             let text: Box<dyn Read> = if style == Style::Description {
                 in_memory(&text_of(path, file)?)
             } else {
@@ -98,6 +101,13 @@ pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
             of_text(path, text, style)
         }
     }
+}
+
+/// Whether a file is a track in XML or in JSON, or a sheet or an archive by its first bytes.
+fn is_other_format(start: &[u8]) -> bool {
+    let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start).trim_ascii_start();
+    let marks: [&[u8]; 6] = [b"<?xml", b"<gpx", b"<kml", b"{", b"PK\x03\x04", b"\xd0\xcf\x11\xe0"];
+    marks.iter().any(|mark| start.starts_with(mark))
 }
 
 /// A text without the comments and the blanks of empty lines, whose ends stay.

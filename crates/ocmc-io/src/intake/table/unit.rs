@@ -70,17 +70,23 @@ pub const SHARE: &[Unit] = &[
     Unit::new("percent", &["%", "percent", "per cent"], 0.01),
 ];
 const SLOPE_ANGLE: Unit = Unit::new("deg", &["°", "deg", "degree", "degrees"], PI / 180.0);
+const RADIANS: Unit = Unit::new("rad", &["rad"], 1.0);
+const PER_MILLE: Unit = Unit::new("permille", &["‰", "per mille", "m/km"], 1e-3);
 /// Climb per metre of road.
 pub const GRADE: &[Unit] = &[
     Unit::new("", &["-", "1", "m/m"], 1.0),
     Unit::new("percent", &["%", "percent", "per cent"], 0.01),
+    PER_MILLE,
     SLOPE_ANGLE.scaled(Scale::Sine),
+    RADIANS.scaled(Scale::Sine),
 ];
 /// Rise over run.
 pub const GRADIENT: &[Unit] = &[
     Unit::new("", &["-", "1", "m/m"], 1.0),
     Unit::new("percent", &["%", "percent", "per cent"], 0.01),
+    PER_MILLE,
     SLOPE_ANGLE.scaled(Scale::Tangent),
+    RADIANS.scaled(Scale::Tangent),
 ];
 /// Times.
 pub const TIME: &[Unit] = &[
@@ -95,6 +101,8 @@ pub const TIME: &[Unit] = &[
 pub const LENGTH: &[Unit] = &[
     Unit::new("m", &["m", "metre", "metres", "meter", "meters"], 1.0),
     Unit::new("km", &["km"], 1000.0),
+    Unit::new("ft", &["ft", "feet"], 0.3048),
+    Unit::new("mi", &["mi", "mile", "miles"], 1609.344),
 ];
 /// Speeds.
 pub const SPEED: &[Unit] = &[
@@ -127,10 +135,15 @@ pub const MASS: &[Unit] = &[Unit::new("kg", &["kg"], 1.0), Unit::new("t", &["t"]
 pub const TEMPERATURE: &[Unit] = &[
     Unit::new("k", &["K"], 1.0),
     Unit { offset: 273.15, ..Unit::new("c", &["°C", "C", "degC"], 1.0) },
+    Unit { offset: 273.15 - 160.0 / 9.0, ..Unit::new("f", &["°F", "F", "degF"], 5.0 / 9.0) },
 ];
 /// Pressures.
-pub const PRESSURE: &[Unit] =
-    &[Unit::new("pa", &["Pa"], 1.0), Unit::new("hpa", &["hPa", "mbar"], 100.0)];
+pub const PRESSURE: &[Unit] = &[
+    Unit::new("pa", &["Pa"], 1.0),
+    Unit::new("hpa", &["hPa"], 100.0),
+    Unit::new("mbar", &["mbar", "mb"], 100.0),
+    Unit::new("kpa", &["kPa"], 1000.0),
+];
 /// Water that falls.
 pub const PRECIPITATION: &[Unit] =
     &[Unit::new("mps", &["m/s"], 1.0), Unit::new("mm_per_h", &["mm/h"], 1e-3 / 3600.0)];
@@ -155,7 +168,7 @@ pub const MASS_FLOW: &[Unit] = &[
 pub const POWER: &[Unit] = &[Unit::new("w", &["W"], 1.0), Unit::new("kw", &["kW"], 1000.0)];
 
 /// Units that people write at the end of a column's name, and that no quantity is read in.
-const OTHER_SUFFIXES: [&str; 9] = ["f", "mbar", "inhg", "kpa", "bar", "ft", "mi", "fps", "per_km"];
+const OTHER_SUFFIXES: [&str; 5] = ["inhg", "bar", "lb", "fps", "per_km"];
 
 /// The one of some units that has this suffix.
 pub fn with_suffix(units: &'static [Unit], suffix: &str) -> Option<&'static Unit> {

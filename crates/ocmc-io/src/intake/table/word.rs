@@ -1,6 +1,28 @@
 //! Other words for what a column is called: synonyms, and those of German, French, Swedish and
 //! Spanish. A word stands for a name of the vocabulary; the unit behind it stays.
 
+/// Other ends of names, and the suffixes of units that they stand for, where a name with them is
+/// none of the vocabulary: `ms` of a speed are m/s.
+const ENDS: &[(&str, &[&str])] = &[
+    ("s", &["sec", "secs", "second", "seconds"]),
+    ("min", &["minutes"]),
+    ("h", &["hours"]),
+    ("m", &["meter", "meters", "metre", "metres"]),
+    ("km", &["kilometer", "kilometers", "kilometre", "kilometres"]),
+    ("ft", &["feet"]),
+    ("mi", &["mile", "miles"]),
+    ("kmh", &["kph", "kmph", "km_h", "km/h"]),
+    ("mps", &["ms", "m_s", "m/s"]),
+    ("kn", &["kt", "kts", "knots"]),
+    ("percent", &["pct", "perc", "prozent", "procent"]),
+    ("permille", &["promille"]),
+    ("deg", &["degree", "degrees"]),
+    ("rad", &["radian", "radians"]),
+    ("c", &["degc", "celsius"]),
+    ("f", &["degf", "fahrenheit"]),
+    ("k", &["kelvin"]),
+];
+
 /// Words as they are compared ([`folded`]), behind the name that they stand for.
 const WORDS: &[(&str, &[&str])] = &[
     (
@@ -17,6 +39,10 @@ const WORDS: &[(&str, &[&str])] = &[
             "tid",
             "tidpunkt",
             "tiempo",
+            "uhrzeit",
+            "heure",
+            "klockslag",
+            "hora",
             "fecha_hora",
             "datetime",
             "date_time",
@@ -28,7 +54,9 @@ const WORDS: &[(&str, &[&str])] = &[
         &[
             "vehicle_speed",
             "target_speed",
+            "vehiclespeed",
             "gps_speed",
+            "gpsspeed",
             "velocity",
             "geschwindigkeit",
             "fahrgeschwindigkeit",
@@ -43,6 +71,9 @@ const WORDS: &[(&str, &[&str])] = &[
         "limit",
         &[
             "maxspeed",
+            "vmax",
+            "v_max",
+            "zulaessige_geschwindigkeit",
             "max_speed",
             "speedlimit",
             "posted_speed",
@@ -72,6 +103,8 @@ const WORDS: &[(&str, &[&str])] = &[
             "avstaand",
             "avstand",
             "distancia",
+            "posicion",
+            "dist",
         ],
     ),
     ("latitude", &["gps_lat", "gps_latitude", "breitengrad", "latitud"]),
@@ -83,6 +116,8 @@ const WORDS: &[(&str, &[&str])] = &[
             "ele",
             "elev",
             "gps_altitude",
+            "height",
+            "gps_elevation",
             "hoehe",
             "meereshoehe",
             "hoejd",
@@ -95,6 +130,8 @@ const WORDS: &[(&str, &[&str])] = &[
         &[
             "slope",
             "road_grade",
+            "roadgrade",
+            "roadslope",
             "road_slope",
             "road_gradient",
             "incline",
@@ -114,6 +151,7 @@ const WORDS: &[(&str, &[&str])] = &[
     ("acceleration", &["beschleunigung", "aceleracion"]),
     ("yaw_rate", &["gierrate", "giergeschwindigkeit", "vitesse_de_lacet", "girhastighet"]),
     ("course", &["heading", "bearing", "kurs", "cap", "rumbo"]),
+    ("date", &["datum", "fecha"]),
     ("time_s", &["time_utc", "time_unix"]),
     ("time_ns", &["t_unix_ns"]),
     // the names of the German weather service
@@ -121,7 +159,7 @@ const WORDS: &[(&str, &[&str])] = &[
     ("relative_humidity_percent", &["rf_tu"]),
     ("pressure_hpa", &["p0"]),
     ("precipitation_mm_per_h", &["r1"]),
-    ("temperature", &["temperatur", "lufttemperatur", "temperatura", "air_temperature"]),
+    ("temperature", &["temp", "temperatur", "lufttemperatur", "temperatura", "air_temperature"]),
     ("pressure", &["luftdruck", "pression", "lufttryck", "presion", "air_pressure"]),
     (
         "relative_humidity",
@@ -130,9 +168,15 @@ const WORDS: &[(&str, &[&str])] = &[
     ("precipitation", &["rain", "niederschlag", "precipitations", "nederboerd", "precipitacion"]),
     (
         "wind_speed",
-        &["windgeschwindigkeit", "vitesse_du_vent", "vindhastighet", "velocidad_del_viento"],
+        &[
+            "windspeed",
+            "windgeschwindigkeit",
+            "vitesse_du_vent",
+            "vindhastighet",
+            "velocidad_del_viento",
+        ],
     ),
-    ("wind_direction", &["windrichtung", "direction_du_vent", "vindriktning"]),
+    ("wind_direction", &["winddirection", "windrichtung", "direction_du_vent", "vindriktning"]),
     ("payload", &["nutzlast", "zuladung", "charge_utile", "nyttolast", "carga_util"]),
     ("driver", &["fahrer", "conducteur", "foerare", "conductor"]),
     ("truck", &["fahrzeug", "lkw", "camion", "lastbil", "vehicule", "fordon", "vehiculo"]),
@@ -168,9 +212,23 @@ fn folded(name: &str) -> String {
 }
 
 /// The name of the vocabulary that a name stands for, with the unit that it has: `hoehe_m` is
-/// `altitude_m`.
+/// `altitude_m`, `grade_pct` `grade_percent`.
 pub(super) fn known_as(name: &str) -> Option<String> {
-    let name = folded(name);
+    let folded = folded(name);
+    let known = known_word(&folded);
+    let text = known.as_deref().unwrap_or(&folded);
+    let end = |other: &&str| text.strip_suffix(*other).is_some_and(|base| base.ends_with('_'));
+    let ends = ENDS.iter().find_map(|(unit, others)| {
+        others.iter().find(|other| end(other)).map(|other| (*unit, *other))
+    });
+    match ends {
+        Some((unit, other)) => Some(format!("{}{unit}", &text[..text.len() - other.len()])),
+        None => known,
+    }
+}
+
+/// The same of its first words alone.
+fn known_word(name: &str) -> Option<String> {
     let mut best: Option<(&str, &str)> = None;
     for (known, words) in WORDS {
         for word in words.iter().copied() {
@@ -199,6 +257,11 @@ mod tests {
             ("hastighetsgräns_kmh", "limit_kmh"),
             ("Pendiente_percent", "grade_percent"),
             ("slope_percent", "grade_percent"),
+            ("grade_pct", "grade_percent"),
+            ("speed_kph", "speed_kmh"),
+            ("vehicle_speed_ms", "speed_mps"),
+            ("elevation_feet", "elevation_ft"),
+            ("roadGrade_degrees", "grade_deg"),
         ] {
             assert_eq!(known_as(name).as_deref(), Some(known), "{name}");
         }
