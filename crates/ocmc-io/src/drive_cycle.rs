@@ -15,7 +15,7 @@ use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_geometry::interpolate;
 use ocmc_core::operating_cycle::road::route_noise::{
-    LEAST_NOISE_M, noise_of_altitudes, smooth_altitudes,
+    least_noise_of_altitudes_m, noise_of_altitudes, smooth_altitudes,
 };
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 use ocmc_core::prescribed::{CycleStep, DriveCycle};
@@ -125,7 +125,8 @@ pub fn read_with_account(
         account.findings.extend(spikes);
     }
     let steps_m = way_m.windows(2).map(|pair| pair[1] - pair[0]);
-    account.judged(source.path(), slope::judge(steps_m.zip(sine.iter().skip(1).copied())))?;
+    let slopes = steps_m.zip(sine.iter().skip(1).copied());
+    account.judged(source.path(), slope::judge(slopes, account.has_slope_with_unit()))?;
     let cycle = of(time_s, speed_mps, sine)?;
     let Some(finding) = sampling::judge(&cycle, STEP_S) else { return Ok((cycle, account)) };
     account.findings.push(finding);
@@ -199,7 +200,7 @@ fn slopes_of_altitudes(
     let spikes = jump::altitude_spikes(&at_m, &mut height_m, |k| format!("row {}", rows[k]));
     let noise_m = noise_of_altitudes(&at_m, &height_m);
     let noise_m = checked_noise("altitudes", noise_m).map_err(in_file(path))?;
-    if noise_m >= LEAST_NOISE_M {
+    if noise_m >= least_noise_of_altitudes_m(&at_m) {
         (at_m, height_m) = smooth_altitudes(&at_m, &height_m, noise_m).into_iter().unzip();
     }
     let mut slopes = vec![0.0; way_m.len()];

@@ -131,10 +131,10 @@ mod tests {
     fn what_is_no_weather_is_refused_with_its_place() {
         for (text, words) in [
             ("time_s,rain\n0,1\n", "temperature_k"),
-            ("time_s,temperature_bar\n0,59\n", "allowed is `temperature_k`"),
+            ("time_s,temperature_bar\n0,59\n", "has a unit that is not read"),
             ("time_s,temperature_c,wind_speed_fps\n0,5,3\n", "allowed is `wind_speed_mps`"),
             ("time_s,temperature_c\n", "no rows"),
-            ("temperature_k\n280\n", "no column for the time: name it `time`, `time_s`"),
+            ("temperature_k\n280\n", "no column for the time: name it `time`, `date`, `time_s`"),
             ("time_s,temperature_k\n0,15\n", "line 2"),
             ("time_s,temperature_k\n3600,280\n0,281\n", "line 3"),
             ("time,temperature_k\n2023-02-29T00:00,280\n", "2024-03-01T14:00"),

@@ -3,7 +3,6 @@
 use crate::intake::FileAccount;
 use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::given::GivenCycle;
-use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
 use serde::Serialize;
 use std::path::Path;
 
@@ -15,6 +14,8 @@ const MANY_CURVES_PER_KM: f64 = 5.0;
 /// Mean magnitude of the slope from which on it is hardly a road's (judgement: the steepest road
 /// types of the built-in studies have 2 %).
 const STEEP_MEAN: f64 = 0.04;
+/// A shorter road may well be one hill, in km.
+const SHORTEST_KM: f64 = 5.0;
 /// Changes of the slope, without sign, added up over a km (judgement: drawn roads have 0.1 to 0.3).
 const MANY_CHANGES_PER_KM: f64 = 1.0;
 
@@ -84,16 +85,6 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
     )];
     told.extend(read.told());
     let mut warnings = read.warnings();
-    for (what, noise_m) in
-        [("positions", cycle.noise.positions_m), ("altitudes", cycle.noise.altitudes_m)]
-    {
-        if noise_m >= LEAST_NOISE_M {
-            told.push(format!(
-                "`{file}`: its {what} scatter by {} m; the road is what was smoothed of them",
-                rounded(noise_m)
-            ));
-        }
-    }
     let curves_per_km = cycle.curves.len() as f64 / km;
     let mut doubt = |holds: bool, what: String, hint: &str| {
         if holds {
@@ -106,7 +97,7 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
         "is it the noise of its positions or its curvature?",
     );
     doubt(
-        mean > STEEP_MEAN,
+        mean > STEEP_MEAN && km > SHORTEST_KM,
         format!("a slope of {} % in the mean, up or down", percent(mean)),
         "is it the noise of its altitudes, or a slope in per cent?",
     );

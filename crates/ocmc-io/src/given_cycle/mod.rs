@@ -67,7 +67,7 @@ pub fn read_with_account(
         let way_m = pair[1].0 - pair[0].0;
         (way_m, if way_m > 0.0 { (pair[1].1 - pair[0].1) / way_m } else { 0.0 })
     });
-    account.judged(path, slope::judge(slopes))?;
+    account.judged(path, slope::judge(slopes, account.has_slope_with_unit()))?;
     let altitudes_m = cycle.altitude.iter().map(|point| point.1);
     account.judged(path, high_altitude::judge(altitudes_m))?;
     Ok((cycle, account))

@@ -21,12 +21,14 @@ use crate::intake::table::formats::ROUTE;
 use crate::intake::table::given::RowPlace;
 use crate::intake::table::unit::KMH;
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{Extent, FileAccount, contradiction, jump, limit_unit};
+use crate::intake::{
+    Extent, FileAccount, contradiction, jump, limit_unit, scatter, sparse_altitudes,
+};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError, PointNoise};
 use ocmc_core::operating_cycle::road::route_fillet::Rounding;
 use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d};
 use ocmc_core::operating_cycle::road::route_noise::{
-    LEAST_NOISE_M, MOST_NOISE_M, noise_of_altitudes, smooth_altitudes,
+    LEAST_NOISE_M, MOST_NOISE_M, least_noise_of_altitudes_m, noise_of_altitudes, smooth_altitudes,
 };
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
 use std::ops::Range;
@@ -155,7 +157,7 @@ pub(super) fn read(
     }
     if let Some(track) = &path {
         let (x_m, y_m) = track.points_m();
-        let aside = jump::points_aside(x_m, y_m);
+        let aside = jump::points_aside(x_m, y_m, track.noise_m());
         let found = jump::position_jump(&aside, |row| rows.places[row].to_string());
         if let Some(finding) = found {
             account.findings.push(finding);
@@ -165,8 +167,10 @@ pub(super) fn read(
     }
     if let Some(track) = &path {
         let (x_m, y_m) = track.points_m();
-        let jump = jump::lasting_jump(x_m, y_m, |row| rows.places[row].to_string());
+        let jump =
+            jump::lasting_jump(x_m, y_m, track.noise_m(), |row| rows.places[row].to_string());
         account.findings.extend(jump);
+        account.findings.extend(jump::gap(x_m, y_m, |row| rows.places[row].to_string()));
     }
     let odometer_m = (!rows.position_m.is_empty()).then_some(rows.position_m.as_slice());
     let Rows { altitude_m, grade, curvature, .. } = &rows;
@@ -188,6 +192,9 @@ pub(super) fn read(
         let is_grown = positions.windows(2).all(|pair| pair[1] > pair[0]);
         let odometer = !rows.position_m.is_empty();
         if noise.positions_m >= LEAST_NOISE_M && (is_grown || !odometer) {
+            account.findings.push(scatter::smoothed("positions", noise.positions_m));
+            let (x_m, y_m) = path.points_m();
+            account.findings.extend(scatter::with_memory(x_m, y_m));
             let measured = odometer.then_some(positions.as_slice());
             let (smooth, given_m) = path.smoothed(measured, noise.positions_m);
             let start_m = given_m[0];
@@ -221,15 +228,17 @@ pub(super) fn read(
     if !rows.grade.is_empty() {
         tracks.push(track("grade", Rule::Constant, rows.grade));
     } else if !rows.altitude_m.is_empty() {
+        account.findings.extend(sparse_altitudes::judge(&positions, &rows.altitude_m));
         let place = |row: usize| rows.places[row].to_string();
         let spikes = jump::altitude_spikes(&positions, &mut rows.altitude_m, place);
         account.findings.extend(spikes);
         let noise_m = noise_of_altitudes(&positions, &rows.altitude_m);
         noise.altitudes_m = checked_noise("altitudes", noise_m).map_err(in_file(file))?;
         let mut altitude = track("altitude_m", Rule::Linear, rows.altitude_m);
-        if noise.altitudes_m >= LEAST_NOISE_M
+        if noise.altitudes_m >= least_noise_of_altitudes_m(&positions)
             && let Values::Numbers(altitude_m) = &altitude.value
         {
+            account.findings.push(scatter::smoothed("altitudes", noise.altitudes_m));
             let smooth = smooth_altitudes(&positions, altitude_m, noise.altitudes_m);
             let (position_m, altitude_m) = smooth.into_iter().unzip();
             (altitude.position_m, altitude.value) = (position_m, Values::Numbers(altitude_m));

@@ -148,6 +148,11 @@ impl FileAccount {
         Ok(())
     }
 
+    /// Whether the name of the column of slopes has a unit.
+    pub(crate) fn has_slope_with_unit(&self) -> bool {
+        self.columns.iter().any(|c| c.quantity.starts_with("grad") && !c.unit.is_empty())
+    }
+
     /// A few lines on rows and columns, then on what was mended or is worth knowing.
     pub fn told(&self) -> Vec<String> {
         if self.columns.is_empty() {

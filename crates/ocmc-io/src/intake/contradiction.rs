@@ -9,7 +9,8 @@ use super::Finding;
 use crate::intake::table::Quantity;
 use crate::number_text::rounded;
 use ocmc_core::operating_cycle::road::route_geometry::Path2d;
-use std::f64::consts::TAU;
+use ocmc_core::operating_cycle::road::route_noise::noise_of_altitudes;
+use std::f64::consts::{SQRT_2, TAU};
 
 /// Columns in SI, by their quantities; NaN where a number is missing.
 pub type Columns<'a> = &'a dyn Fn(Quantity) -> Option<&'a [f64]>;
@@ -45,7 +46,9 @@ const SLOPES_M: f64 = 1000.0;
 /// Differences of slopes that are refused, and warned of: root of the mean square, and over that of
 /// the steeper source.
 const SLOPES_REFUSED: f64 = 0.01;
-const SLOPES_WARNED: f64 = 0.006;
+/// At least, and over what the scatter of altitudes makes of it.
+const SLOPES_WARNED: f64 = 0.0025;
+const SLOPES_WARNED_SD: f64 = 3.0;
 const SLOPES_SHARE: f64 = 0.5;
 /// Time over which turns are compared, in s; slower ones in m/s, and smaller ones in rad are not.
 const TURNS_S: f64 = 8.0;
@@ -248,7 +251,11 @@ fn slopes(way_m: &[f64], altitude_m: &[f64], grade: &[f64]) -> Option<Finding> {
         return None;
     }
     let [a, g, apart] = [by_altitude, by_grade, apart].map(|sum| (sum / compared_m).sqrt());
-    if apart < SLOPES_WARNED || apart < SLOPES_SHARE * a.max(g) {
+    let rows = way_m.iter().zip(altitude_m).filter(|(_, altitude_m)| altitude_m.is_finite());
+    let (at_m, known_m): (Vec<f64>, Vec<f64>) = rows.map(|(at_m, z)| (*at_m, *z)).unzip();
+    let noise = SQRT_2 * noise_of_altitudes(&at_m, &known_m) / least_m;
+    let bound = SLOPES_WARNED.max(SLOPES_WARNED_SD * noise);
+    if apart < bound || apart < SLOPES_SHARE * a.max(g) {
         return None;
     }
     let ratio = if by_altitude > 0.0 { both / by_altitude } else { 0.0 };
@@ -264,7 +271,7 @@ fn slopes(way_m: &[f64], altitude_m: &[f64], grade: &[f64]) -> Option<Finding> {
     Some(if apart > SLOPES_REFUSED {
         Finding::refused("slope", [apart, SLOPES_REFUSED], text, remedy)
     } else {
-        Finding::warned("slope", [apart, SLOPES_WARNED], text, remedy)
+        Finding::warned("slope", [apart, bound], text, remedy)
     })
 }
 

@@ -8,13 +8,16 @@ const NAME: &str = "slope-scale";
 /// Mean magnitude of the slope over the way from which on it is none of a road (judgement: roads
 /// over the steepest passes have 10 % in the mean).
 const REFUSED: f64 = 0.15;
+/// The same of a column whose name has a unit: cliffs.
+const REFUSED_WITH_UNIT: f64 = 0.6;
 /// Mean magnitude from which on it is unusual.
 const UNUSUAL: f64 = 0.08;
 /// Shortest way that is judged, in m: a ramp may be steep.
 const SHORTEST_M: f64 = 300.0;
 
-/// Looks at slopes over the way: pairs of a length in m and the slope on it.
-pub fn judge(steps: impl IntoIterator<Item = (f64, f64)>) -> Option<Finding> {
+/// Looks at slopes over the way: pairs of a length in m and the slope on it, of a column whose name
+/// may have a unit.
+pub fn judge(steps: impl IntoIterator<Item = (f64, f64)>, has_unit: bool) -> Option<Finding> {
     let (mut way_m, mut climbed_m) = (0.0, 0.0);
     for (length_m, slope) in steps {
         way_m += length_m;
@@ -32,8 +35,9 @@ pub fn judge(steps: impl IntoIterator<Item = (f64, f64)>) -> Option<Finding> {
     );
     let remedy = "no road is so steep; is it in per cent or degrees? Then name the column \
                   `grade_percent` or `grade_deg`";
-    Some(if mean > REFUSED {
-        Finding::refused(NAME, [mean, REFUSED], text, remedy)
+    let refused = if has_unit { REFUSED_WITH_UNIT } else { REFUSED };
+    Some(if mean > refused {
+        Finding::refused(NAME, [mean, refused], text, remedy)
     } else {
         Finding::warned(NAME, [mean, UNUSUAL], text, "is it in per cent, or do altitudes scatter?")
     })
@@ -46,7 +50,7 @@ mod tests {
 
     #[test]
     fn slopes_of_roads_pass_and_per_cent_does_not() {
-        let end = |way_m, slope| judge([(way_m, slope)]).map(|finding| finding.end);
+        let end = |way_m, slope| judge([(way_m, slope)], false).map(|finding| finding.end);
         for (way_m, slope, wanted) in [
             (5000.0, 0.03, None),
             (5000.0, -0.07, None),
@@ -57,6 +61,9 @@ mod tests {
         ] {
             assert_eq!(end(way_m, slope), wanted, "{way_m} m of {slope}");
         }
-        assert!(judge([]).is_none());
+        assert!(judge([], false).is_none());
+        // VECTO's manoeuvres of 25 %
+        let steep = judge([(1000.0, 0.2425)], true).expect("unusual");
+        assert_eq!(steep.end, End::Warned);
     }
 }

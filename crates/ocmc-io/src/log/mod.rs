@@ -241,7 +241,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         .filter_map(|drive| Some((drive.column(Quantity::Time)?, drive.column(Quantity::Speed))));
     file.read.extent = Extent::of_drives(spans);
     let steps: Vec<(f64, f64)> = file.drives.iter().flat_map(sloped_steps).collect();
-    file.read.judged(source.path(), slope::judge(steps))?;
+    file.read.judged(source.path(), slope::judge(steps, file.read.has_slope_with_unit()))?;
     for need in needs {
         check_numbers(&file, need)?;
     }

@@ -25,6 +25,8 @@ use std::f64::consts::PI;
 /// Scatter below which points are taken as they are, in m (judgement): altitudes in whole metres
 /// scatter by 0.3 m.
 pub const LEAST_NOISE_M: f64 = 0.5;
+/// The same of altitudes over the way between them: steps of altitudes are slopes.
+const LEAST_SLOPE_NOISE: f64 = 0.005;
 /// Most scatter from which a road is made, in m (judgement).
 pub const MOST_NOISE_M: f64 = 8.0;
 /// √4.375 Φ⁻¹(3/4): median of the magnitude of the differences over σ.
@@ -100,6 +102,15 @@ pub fn noise_of_altitudes(position_m: &[f64], altitude_m: &[f64]) -> f64 {
     };
     let bends: Vec<Option<f64>> = (1..altitude_m.len().saturating_sub(1)).map(bend).collect();
     noise_of_bends(&bends)
+}
+
+/// Scatter of altitudes at these places below which they are taken as they are, in m: at most
+/// [`LEAST_NOISE_M`].
+pub fn least_noise_of_altitudes_m(position_m: &[f64]) -> f64 {
+    let mut steps_m: Vec<f64> = position_m.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps_m.sort_by(f64::total_cmp);
+    let usual_m = steps_m.get(steps_m.len() / 2).copied().unwrap_or(f64::INFINITY);
+    LEAST_NOISE_M.min(LEAST_SLOPE_NOISE * usual_m)
 }
 
 /// SD of the noise of points on a plane across their path, in m. Where points are closer than they

@@ -139,16 +139,18 @@ fn split_unit(header: &str) -> (&str, Option<&str>) {
         return (text, Some(rest.split(']').next().unwrap_or_default().trim()));
     }
     let header = header.trim();
-    for unit in ["%", "‰"] {
-        if let Some(text) = header.strip_suffix(unit).filter(|text| !text.ends_with('(')) {
-            return (text.trim_end_matches(['_', ' ']), Some(unit));
-        }
-    }
     let in_parentheses = header.strip_suffix(')').and_then(|text| text.rsplit_once('('));
     let others = [" / ", ", ", " in "].into_iter().filter_map(|by| header.rsplit_once(by));
     let mut all = in_parentheses.into_iter().chain(others);
-    let found = all.find(|(_, unit)| is_written(unit.trim()));
-    found.map_or((header, None), |(text, unit)| (text, Some(unit.trim())))
+    if let Some((text, unit)) = all.find(|(_, unit)| is_written(unit.trim())) {
+        return (text, Some(unit.trim()));
+    }
+    for unit in ["%", "‰"] {
+        if let Some(text) = header.strip_suffix(unit) {
+            return (text.trim_end_matches(['_', ' ']), Some(unit));
+        }
+    }
+    (header, None)
 }
 
 impl<'a> Name<'a> {
