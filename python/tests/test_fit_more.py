@@ -204,7 +204,7 @@ def test_weather_is_fitted_as_by_the_command(tmp_path):
     assert command("fit", "weather", path).stdout == str(fit)
     study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
     assert len(study.set("mission.length_m", 2000).run(cycles=2)) == 2
-    with pytest.raises(ValueError, match="name it `time`, `time_s`"):
+    with pytest.raises(ValueError, match="name it `time`, `date`, `time_s`"):
         ocmc.fit_weather({"temperature_c": [1.0]})
     with pytest.raises(FileNotFoundError, match="absent"):
         ocmc.fit_weather(tmp_path / "absent.csv")
@@ -224,8 +224,14 @@ def test_times_in_utc_need_the_zone_of_the_place():
         ocmc.fit_weather(utc)
     with pytest.raises(ValueError, match="`utc_offset_h` is 99, allowed are hours from -12 to 14"):
         ocmc.fit_weather(utc, utc_offset_h=99)
-    with pytest.raises(ValueError, match="`temperature_f` has a unit that is not read"):
-        ocmc.fit_weather({"time_s": [0.0], "temperature_f": [50.0]})
+    zoned = ocmc.fit_weather(utc, zone="Africa/Maputo")["study"]["weather"]["temperature"]
+    assert zoned == fitted
+    with pytest.raises(ValueError, match="`zone` is Mars, `Mars` is no time zone"):
+        ocmc.fit_weather(utc, zone="Mars")
+    with pytest.raises(ValueError, match="not both"):
+        ocmc.fit_weather(utc, zone="UTC", utc_offset_h=0)
+    with pytest.raises(ValueError, match="`temperature_bar` has a unit that is not read"):
+        ocmc.fit_weather({"time_s": [0.0], "temperature_bar": [50.0]})
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")  # densities without a correlation

@@ -120,7 +120,12 @@ fn missing_columns_and_unknown_units() {
             0,
             &["nothing tells how the vehicle turned"],
         ),
-        (WEATHER, hours().without("time_s"), 1, &["no column for the time", "`time`, `time_s`"]),
+        (
+            WEATHER,
+            hours().without("time_s"),
+            1,
+            &["no column for the time", "`time`, `date`, `time_s`"],
+        ),
         (
             WEATHER,
             hours().renamed("temperature_c", "temperature_f"),

@@ -3,6 +3,7 @@
 
 use crate::answer::Answer;
 use crate::error::Error;
+use crate::study_difference::beside_comparison;
 use crate::text::{fact, table, took};
 use crate::watch::{Watch, watched};
 use ocmc_core::cost::costing::{Costing, Trip};
@@ -13,6 +14,7 @@ use ocmc_fleet::cost_difference::{BreakEven, CostDifference, Fleet, Side};
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_io::number_text::{grouped, percent, rounded, share_text};
+use ocmc_io::study::{KeyDifference, differences};
 use ocmc_io::study::{LoadedStudy, study_hash};
 use serde::Serialize;
 use std::time::Instant;
@@ -60,6 +62,8 @@ pub enum Costed {
         b: Box<CostedStudy>,
         /// Which of them costs less.
         difference: Box<CostDifference>,
+        /// The keys in which they differ, what differs most first.
+        differing_keys: Vec<KeyDifference>,
     },
 }
 
@@ -146,6 +150,7 @@ pub fn cost(request: &CostRequest, watch: &mut Watch) -> Result<CostAnswer, Erro
                 a: Box::new(a.costed),
                 b: Box::new(b.costed),
                 difference: Box::new(difference),
+                differing_keys: differences(&study.1.model, &named.1.model),
             }
         }
     };
@@ -277,9 +282,10 @@ impl Answer for CostAnswer {
             }
             text.push_str(&study_text(&study.cost));
         }
-        if let Costed::Against { difference, .. } = &self.costed {
+        if let Costed::Against { difference, differing_keys, .. } = &self.costed {
             text.push('\n');
             text.push_str(&difference_text(difference));
+            text.push_str(&beside_comparison(differing_keys));
         }
         text
     }

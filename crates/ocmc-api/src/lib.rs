@@ -42,6 +42,7 @@ mod size;
 mod source;
 mod stored;
 pub mod study;
+mod study_difference;
 mod text;
 mod trace;
 mod training;
@@ -97,6 +98,7 @@ pub use stored::{
     GROUP_ROWS, PartsError, in_our_order, joined, load, record_batch, records, save, schema,
     summed_up,
 };
+pub use study_difference::{StudyDifferenceAnswer, study_difference};
 pub use trace::{TimeSeries, trace};
 pub use training::{TrainingAnswer, TrainingRequest, training};
 pub use validate::{

@@ -146,7 +146,8 @@ impl FiledWorkOptions {
     ) -> Result<(), Failure> {
         let answer = watched(self.answer.quiet, ask)?;
         self.out.as_deref().map_or(Ok(()), |directory| save(&answer, directory))?;
-        output::print(&answer, self.answer.json)
+        let print = if self.answer.quiet { output::print_quietly } else { output::print };
+        print(&answer, self.answer.json)
     }
 }
 

@@ -36,9 +36,14 @@ pub(crate) fn answer_bytes(bytes: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// Writes an answer, as JSON where that was asked for, and its warnings before it.
+/// Writes an answer, as JSON where that was asked for, and before it what was read and its warnings.
 pub(crate) fn print(found: &impl Answer, json: bool) -> Result<(), Failure> {
     found.notes().iter().for_each(|told| note(told));
+    print_quietly(found, json)
+}
+
+/// As [`print`], without what was read.
+pub(crate) fn print_quietly(found: &impl Answer, json: bool) -> Result<(), Failure> {
     found.warnings().iter().for_each(|warning| warn(warning));
     answer(&if json { found.to_indented_json() } else { found.text() })
 }

@@ -7,7 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::{self, BuiltIn, LoadedStudy};
-use ocmc_api::{BirdsEyeRequest, go_on};
+use ocmc_api::{BirdsEyeRequest, go_on, study_difference};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
@@ -43,6 +43,20 @@ pub(crate) enum StudyCommand {
     Check {
         #[command(flatten)]
         study: StudyArguments,
+    },
+    /// Lists the keys in which two studies differ, what differs most first
+    Diff {
+        /// Study A: name of a built-in one, a study file, or `-` for standard input
+        #[arg(value_name = "A")]
+        a: PathBuf,
+        /// Study B
+        #[arg(value_name = "B")]
+        b: PathBuf,
+        #[command(flatten)]
+        files: FileOptions,
+        /// The answer as JSON
+        #[arg(long)]
+        json: bool,
     },
     /// Looks at the roads that a study draws from above: hilliness, transport cycle, how dense
     /// stops and curves are
@@ -108,6 +122,12 @@ pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
             let LoadedStudy { origin, model, .. } = study.load()?;
             let (name, hash) = (&model.study.name, study::study_hash(&model));
             output::answer(&format!("{origin}: a valid study, `{name}`, hash {hash}\n"))
+        }
+        StudyCommand::Diff { a, b, files, json } => {
+            let load = |path: &PathBuf| files.load(path, &[]);
+            let (study_a, study_b) = (load(a)?, load(b)?);
+            let [a, b] = [a, b].map(|path| path.display().to_string());
+            output::print(&study_difference((&a, &study_a), (&b, &study_b)), *json)
         }
         StudyCommand::BirdsEye(BirdsEyeArguments { study, range, laws, json }) => {
             let study = &study.load()?;

@@ -741,6 +741,31 @@ impl PyStudy {
         answer(py, &watched(py, progress, |watch| ocmc_api::size(&request, watch))?)
     }
 
+    /// List the keys in which another study differs from this one, what differs most first.
+    ///
+    /// Parameters
+    /// ----------
+    /// other : Study
+    ///     Study B; this one is A.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc study diff --json``: ``differences`` with ``key``, ``a``, ``b`` and
+    ///     ``ratio`` of each, and others.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck")
+    /// >>> other = study.set("vehicle.drag_area_m2", 4.5)
+    /// >>> [difference["key"] for difference in study.diff(other)["differences"]]
+    /// ['vehicle.drag_area_m2']
+    fn diff<'py>(&self, py: Python<'py>, other: &Self) -> PyResult<Bound<'py, PyAny>> {
+        let [a, b] = [self, other].map(|study| (study.name(), &study.loaded));
+        answer(py, &ocmc_api::study_difference(a, b))
+    }
+
     /// Look at the roads that the study draws from above: coarse classes.
     ///
     /// Parameters

@@ -5,6 +5,7 @@ mod files;
 use crate::answer::Answer;
 use crate::cost::{difference as cost_difference, sides_text};
 use crate::error::Error;
+use crate::study_difference::beside_comparison;
 use crate::text::{effects, fact, took};
 use crate::watch::{Watch, watched};
 use files::{KeptRun, kept_runs};
@@ -15,6 +16,7 @@ use ocmc_fleet::quantity::{NamedQuantity, WHEEL, numeric_columns, quantity, quan
 use ocmc_fleet::run::RunPlan;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, percent, rough, rounded};
+use ocmc_io::study::{KeyDifference, differences};
 use ocmc_io::study::{LoadedStudy, nearest, study_hash};
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
@@ -67,6 +69,8 @@ pub struct ComparedStudies {
     /// The difference.
     #[serde(flatten)]
     pub comparison: Comparison,
+    /// The keys in which they differ, what differs most first.
+    pub differing_keys: Vec<KeyDifference>,
     /// Which of them costs less; none where they have not both prices in one currency.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cost: Option<Box<CostDifference>>,
@@ -125,6 +129,7 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
                 seed: plan.seed,
                 first_cycle: plan.first_cycle,
                 comparison,
+                differing_keys: differences(&a.model, &b.model),
                 cost: cost_difference(sides, plan).map(Box::new),
             }
         });
@@ -182,6 +187,7 @@ impl Answer for CompareAnswer {
                 text.push_str("\nCost, item by item with break-even: ocmc cost --against\n");
                 text.push_str(&sides_text(cost));
             }
+            text.push_str(&beside_comparison(&compared.differing_keys));
         }
         text
     }

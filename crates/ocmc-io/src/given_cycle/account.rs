@@ -1,8 +1,9 @@
 //! What was read of a given operating cycle, in words, and what of it is hardly a road.
 
-use crate::intake::FileAccount;
+use crate::intake::{FileAccount, scatter};
 use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
 use serde::Serialize;
 use std::path::Path;
 
@@ -85,6 +86,14 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
     )];
     told.extend(read.told());
     let mut warnings = read.warnings();
+    // of a route it is said where it is read; of the road of a log here
+    let noise = [("positions", cycle.noise.positions_m), ("altitudes", cycle.noise.altitudes_m)];
+    for (what, noise_m) in noise {
+        let is_said = read.findings.iter().any(|known| known.text.contains(what));
+        if noise_m >= LEAST_NOISE_M && !is_said {
+            told.push(format!("`{file}`: {}", scatter::smoothed(what, noise_m)));
+        }
+    }
     let curves_per_km = cycle.curves.len() as f64 / km;
     let mut doubt = |holds: bool, what: String, hint: &str| {
         if holds {

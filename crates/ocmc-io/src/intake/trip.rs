@@ -63,7 +63,7 @@ fn unit_of(column: &str) -> Option<&'static Unit> {
         // `fuel/100km` ends so, too
         rest.is_some_and(|_| form.len() > 8 || !name.ends_with("fuel/100km"))
     };
-    UNITS.iter().find(|unit| unit.forms.iter().any(|form| ends(&form)))
+    UNITS.iter().find(|unit| unit.forms.iter().any(ends))
 }
 
 /// Whether the name of a column is that of a consumption over the distance, with its unit.

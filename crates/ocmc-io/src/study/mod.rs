@@ -26,6 +26,7 @@
 mod base;
 pub mod builtin;
 mod commented;
+mod difference;
 mod error;
 mod fault;
 mod files;
@@ -42,6 +43,7 @@ pub use builtin::{BuiltIn, list, show, text, vehicles};
 use builtin::{STANDARD_INPUT, STUDY, Text, read, standard_input};
 pub use commented::{commented, init_text_of};
 pub(crate) use commented::{in_words, settings_from};
+pub use difference::{KeyDifference, differences, differences_text};
 pub use error::{Cause, Fault, StudyFileError, nearest};
 pub use files::{Files, ForeignVehicle, VehicleReader};
 pub use fitted::{Estimate, FittedPart, fitted_study};

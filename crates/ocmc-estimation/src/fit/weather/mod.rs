@@ -17,12 +17,12 @@
 //! of a sum of squares is restored to the standard deviations. A variable that is nowhere recorded keeps the numbers of the base study, and so do temperature and humidity of records that
 //! lack a season, or day or night: harmonics of what was not seen are extrapolated.
 
+mod memory;
 mod wind;
 
 use super::autocorrelated::{inflation, long_run, sd_error};
 use super::least_squares::LeastSquares;
 use super::study_parameter::{Estimates, StudyParameterFit, reasons};
-use crate::moments::correlation;
 use nalgebra::DMatrix;
 use ocmc_core::distribution::{Law, gamma};
 use ocmc_core::operating_cycle::weather::{
@@ -83,9 +83,6 @@ const PRESSURE_OF_ANOTHER_PLACE_PA: f64 = 1000.0;
 const FEWEST: usize = 48;
 /// An hour, and how far two records that are an hour apart may be off it, in s.
 const HOUR_S: f64 = 3600.0;
-const OFF_S: f64 = 1.0;
-/// Longest step over which a correlation still tells that over an hour.
-const LONGEST_STEP_S: f64 = 12.0 * HOUR_S;
 /// Harmonics of year and day have to be seen up to here on both sides of 0 (judgement): from
 /// November to February, and from May to August.
 const HARMONIC_SEEN: f64 = 0.5;
@@ -119,17 +116,7 @@ struct Hours<'a> {
 /// # Errors
 /// [`WeatherFitError`] where nothing can be estimated.
 pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, WeatherFitError> {
-    let apart_s = |k: usize| records[k].time_s - records[k - 1].time_s;
-    let mut steps_s: Vec<f64> = (1..records.len()).map(apart_s).collect();
-    steps_s.sort_by(f64::total_cmp);
-    let step_s = steps_s.get(steps_s.len() / 2).map_or(HOUR_S, |step_s| step_s.max(HOUR_S));
-    // what follows over a day or more says nothing of an hour
-    let step_s =
-        if (step_s - HOUR_S).abs() <= OFF_S || step_s > LONGEST_STEP_S { HOUR_S } else { step_s };
-    let pairs: Vec<[usize; 2]> = (1..records.len())
-        .filter(|k| (apart_s(*k) - step_s).abs() <= OFF_S)
-        .map(|k| [k - 1, k])
-        .collect();
+    let (pairs, step_s) = memory::pairs(records);
     let mut model = base.clone();
     let (step_h, estimates) = (step_s / HOUR_S, Estimates::default());
     let mut hours = Hours { records, pairs, step_h, estimates };
@@ -173,48 +160,9 @@ impl Hours<'_> {
         Some(places)
     }
 
-    /// The correlation of values over an hour, and from how many pairs; none where they do not
-    /// vary. Of longer steps it is the root: the deviations are autoregressive.
-    fn hourly_correlation(&self, values: &[f64]) -> Option<(f64, usize)> {
-        let pairs = self.pairs.iter().map(|[a, b]| (values[*a], values[*b]));
-        let found = correlation(pairs.filter(|(x, y)| x.is_finite() && y.is_finite()));
-        let (phi, n) = found.filter(|(_, n)| *n >= FEWEST)?;
-        let is_root = self.step_h > 1.0 && phi > 0.0;
-        Some((if is_root { libm::pow(phi, 1.0 / self.step_h) } else { phi }, n))
-    }
-
-    /// The correlation over a step, of that over an hour.
-    fn over_step(&self, phi: f64) -> f64 {
-        if self.step_h > 1.0 { libm::pow(phi.max(0.0), self.step_h) } else { phi }
-    }
-
-    /// Pairs of records that an hour parts.
-    fn hour_pairs(&self) -> &[[usize; 2]] {
-        if self.step_h > 1.0 { &[] } else { &self.pairs }
-    }
-
     /// Time of a record, in h.
     fn time_h(&self, place: usize) -> f64 {
         self.records[place].time_s / HOUR_S
-    }
-
-    /// Estimates a correlation over an hour, and returns it; that of the base study where it cannot
-    /// be estimated.
-    fn correlate(&mut self, key: &'static str, values: &[f64], into: &mut f64) -> f64 {
-        self.estimates.name = key;
-        let Some((phi, n)) = self.hourly_correlation(values) else {
-            let few = self.pairs.len() < FEWEST;
-            let reason = if few { "too few records are an hour apart" } else { "they do not vary" };
-            self.estimates.stays(reason);
-            return *into;
-        };
-        let phi = self.remembered(phi);
-        let step = self.over_step(phi);
-        // of the root: its slope by that over the step
-        let slope = if self.step_h > 1.0 { phi / (self.step_h * step) } else { 1.0 };
-        let error = slope * ((1.0 - step * step).max(0.0) / n as f64).sqrt();
-        self.estimates.set(key, into, phi, Some(error), n);
-        phi
     }
 
     /// Whether these records determine the harmonics of year and day.
@@ -484,16 +432,6 @@ impl Hours<'_> {
                 self.estimates.stays(format_args!("{n} wet hours tell no law of the intensity"));
             }
         }
-    }
-
-    /// A correlation that is not negative.
-    fn remembered(&mut self, phi: f64) -> f64 {
-        if phi < 0.0 {
-            self.estimates.warn(format_args!(
-                "an hour is forgotten by the next; the estimate {phi:.3} is taken as 0"
-            ));
-        }
-        phi.max(0.0)
     }
 }
 

@@ -56,6 +56,34 @@ fn a_sampled_climate_comes_back() {
 }
 
 #[test]
+fn every_third_hour_tells_the_same_with_the_same_error() {
+    let truth = field_truck_model().weather;
+    let records = recorded(&truth, 1);
+    let thinned: Vec<HourlyRecord> = records.iter().step_by(3).cloned().collect();
+    let [whole, third] = [&records, &thinned].map(|records| fit(records, &truth).unwrap());
+    for key in [
+        "temperature.mean_k",
+        "temperature.hourly_correlation",
+        "pressure.hourly_correlation",
+        "humidity.mean_logit",
+        "wind.mean_speed_mps",
+    ] {
+        let [a, b] = [&whole, &third].map(|fit| {
+            let found = fit.parameters.iter().find(|found| found.key == key).unwrap();
+            (found.value, found.standard_error.unwrap())
+        });
+        // a third of the records of a memory of many hours know nearly as much
+        assert!((0.8..2.0).contains(&(b.1 / a.1)), "{key}: {a:?} {b:?}");
+        assert!((a.0 - b.0).abs() < 3.0 * a.1.max(b.1), "{key}: {a:?} {b:?}");
+    }
+    // what follows from hour to hour alone stays
+    let has = |fit: &WeatherFit, key: &str| fit.parameters.iter().any(|found| found.key == key);
+    assert!(
+        has(&whole, "precipitation.wet_after_wet") && !has(&third, "precipitation.wet_after_wet")
+    );
+}
+
+#[test]
 fn what_is_not_recorded_stays_and_is_told() {
     let truth = field_truck_model().weather;
     let mut records = recorded(&truth, 1);

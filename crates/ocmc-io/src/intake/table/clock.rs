@@ -153,12 +153,11 @@ impl ClockColumn {
     fn place_time_s(&mut self, stamp_s: f64, offset_s: Option<f64>) -> Option<f64> {
         let offset_s = offset_s.or(self.utc.is_some().then_some(0.0));
         if let Some(zone) = &self.zone {
-            let utc_s = match offset_s {
-                Some(offset_s) => stamp_s - offset_s,
-                None => {
-                    let [earlier, later] = date::instants(zone, stamp_s)?;
-                    if earlier > self.last_utc_s { earlier } else { later }
-                }
+            let utc_s = if let Some(offset_s) = offset_s {
+                stamp_s - offset_s
+            } else {
+                let [earlier, later] = date::instants(zone, stamp_s)?;
+                if earlier > self.last_utc_s { earlier } else { later }
             };
             self.last_utc_s = utc_s;
             let ahead_s = self.place_s.unwrap_or_else(|| date::standard_offset_s(zone, utc_s));

@@ -1,0 +1,173 @@
+//! The keys in which two resolved studies differ.
+
+use crate::number_text::rounded;
+use ocmc_core::study::StudyModel;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::fmt::Write;
+
+/// Tables that say what a study is, not what it does.
+const NOT_DRIVEN: [&str; 1] = ["study"];
+/// Longest value that is printed, in characters.
+const SHOWN: usize = 30;
+
+/// A key that differs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeyDifference {
+    /// Its path, or that of a table which one of the two lacks.
+    pub key: String,
+    /// Its value in A; none where A lacks it.
+    pub a: Option<Value>,
+    /// Its value in B; none where B lacks it.
+    pub b: Option<Value>,
+    /// B over A, of numbers, and of the means of lists of numbers; none where A is 0.
+    pub ratio: Option<f64>,
+}
+
+/// The keys in which B differs from A: what one of them lacks and words first, then numbers by how
+/// far their ratio is from 1.
+pub fn differences(a: &StudyModel, b: &StudyModel) -> Vec<KeyDifference> {
+    let [a, b] = [a, b].map(|model| serde_json::to_value(model).expect("numbers and words"));
+    let mut found = Vec::new();
+    compare("", Some(&a), Some(&b), &mut found);
+    let far = |difference: &KeyDifference| match difference.ratio {
+        Some(ratio) if ratio > 0.0 => libm::log(ratio).abs(),
+        _ => f64::INFINITY,
+    };
+    // of equal distances the order of the study stays
+    found.sort_by(|a, b| far(b).total_cmp(&far(a)));
+    found
+}
+
+fn compare(key: &str, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<KeyDifference>) {
+    let path = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
+    match (a, b) {
+        (Some(Value::Object(a)), Some(Value::Object(b))) if same_kind(a, b) => {
+            let only_b = b.keys().filter(|name| !a.contains_key(*name));
+            for name in a.keys().chain(only_b) {
+                if key.is_empty() && NOT_DRIVEN.contains(&name.as_str()) {
+                    continue;
+                }
+                compare(&path(name), a.get(name), b.get(name), found);
+            }
+        }
+        (Some(Value::Array(a)), Some(Value::Array(b)))
+            if a.len() == b.len() && a.iter().chain(b).all(Value::is_object) =>
+        {
+            for (k, (a, b)) in a.iter().zip(b).enumerate() {
+                compare(&path(&k.to_string()), Some(a), Some(b), found);
+            }
+        }
+        _ => {
+            let [a, b] = [a, b].map(|value| value.filter(|value| !value.is_null()));
+            if a != b {
+                let ratio = a.and_then(mean).zip(b.and_then(mean));
+                let ratio = ratio.and_then(|(a, b)| (a != 0.0).then(|| b / a));
+                let (a, b) = (a.cloned(), b.cloned());
+                found.push(KeyDifference { key: key.to_owned(), a, b, ratio });
+            }
+        }
+    }
+}
+
+/// Whether two tables have the same keys to compare: laws of two kinds have not.
+fn same_kind(a: &Map<String, Value>, b: &Map<String, Value>) -> bool {
+    a.get("distribution") == b.get("distribution")
+}
+
+/// A number, or the mean of a list of them, of lists, too.
+fn mean(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) => number.as_f64(),
+        Value::Array(values) if !values.is_empty() => {
+            let means: Option<Vec<f64>> = values.iter().map(mean).collect();
+            means.map(|means| means.iter().sum::<f64>() / means.len() as f64)
+        }
+        _ => None,
+    }
+}
+
+/// At most `most` of the differences, a line each.
+pub fn differences_text(differences: &[KeyDifference], most: usize) -> String {
+    let shown = &differences[..differences.len().min(most)];
+    let width = shown.iter().map(|difference| difference.key.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for KeyDifference { key, a, b, ratio } in shown {
+        let [a, b] = [a, b].map(|value| value.as_ref().map_or("-".to_owned(), brief));
+        let change = match ratio {
+            Some(ratio) if (ratio - 1.0).abs() < 0.5 => format!("{:+.1} %", 100.0 * (ratio - 1.0)),
+            Some(ratio) => format!("times {}", rounded(*ratio)),
+            None => String::new(),
+        };
+        let line = format!("{key:width$}  {a:>SHOWN$}  {b:>SHOWN$}  {change}");
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    let more = differences.len() - shown.len();
+    if more > 0 {
+        let _ = writeln!(text, "and {more} more");
+    }
+    text
+}
+
+/// A value in a few words.
+fn brief(value: &Value) -> String {
+    match value {
+        Value::Object(table) => match table.get("distribution") {
+            Some(law) => format!("{} law", law.as_str().unwrap_or_default()),
+            None => format!("a table of {} keys", table.len()),
+        },
+        Value::Array(values) => match mean(value) {
+            Some(mean) => format!("{} numbers, mean {}", values.len(), rounded(mean)),
+            None => format!("{} entries", values.len()),
+        },
+        Value::String(word) => word.chars().take(SHOWN).collect(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::load;
+
+    const NONE: &[&str] = &[];
+
+    #[test]
+    fn exactly_what_was_set_differs() {
+        let base = load("field-truck", NONE).expect("built in");
+        assert_eq!(differences(&base.model, &base.model), []);
+        let sets = [
+            "vehicle.drag_area_m2=4.24",
+            "vehicle.axles.1.iso_rolling_coefficient=0.0065",
+            "driver.curve_speed.form=table",
+            "mission.payload_kg=12000",
+        ];
+        let changed = base.set(&sets).expect("allowed");
+        let found = differences(&base.model, &changed.model);
+        let keys: Vec<&str> = found.iter().map(|difference| difference.key.as_str()).collect();
+        for key in ["driver.curve_speed.form", "mission.payload_kg", "vehicle.drag_area_m2"] {
+            assert!(keys.contains(&key), "{keys:?}");
+        }
+        assert!(keys.contains(&"vehicle.axles.1.iso_rolling_coefficient"), "{keys:?}");
+        assert_eq!(keys.len(), 4, "{keys:?}");
+        // what has no ratio stands first
+        assert!(found[0].ratio.is_none() && found[3].ratio.is_some());
+        let text = differences_text(&found, 3);
+        assert!(text.contains("table") && text.ends_with("and 1 more\n"), "{text}");
+        // back again
+        let back = differences(&changed.model, &base.model);
+        assert_eq!(back.len(), found.len());
+    }
+
+    #[test]
+    fn a_table_that_one_lacks_is_one_line() {
+        let [a, b] =
+            ["field-truck", "battery-truck"].map(|name| load(name, NONE).expect("built in"));
+        let found = differences(&a.model, &b.model);
+        let lacking = |key: &str| {
+            found.iter().any(|difference| difference.key == key && difference.b.is_none())
+        };
+        assert!(lacking("vehicle.powertrain.combustion"), "{found:?}");
+        assert!(!found.iter().any(|difference| difference.key.contains("combustion.")));
+    }
+}
