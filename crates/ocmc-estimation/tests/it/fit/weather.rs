@@ -59,7 +59,7 @@ fn a_sampled_climate_comes_back() {
 fn every_third_hour_tells_the_same_with_the_same_error() {
     let truth = field_truck_model().weather;
     let records = recorded(&truth, 1);
-    let thinned: Vec<HourlyRecord> = records.iter().step_by(3).cloned().collect();
+    let thinned: Vec<HourlyRecord> = records.iter().step_by(3).copied().collect();
     let [whole, third] = [&records, &thinned].map(|records| fit(records, &truth).unwrap());
     for key in [
         "temperature.mean_k",
