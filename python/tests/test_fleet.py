@@ -109,7 +109,7 @@ def test_what_is_wrong_is_said(study):
         study.sensitivity(cycles=0)
     with pytest.raises(TypeError):
         ocmc.compare(study, "field-truck", cycles=10)
-    with pytest.raises(ValueError, match="rows"):
+    with pytest.raises(ValueError, match="1 row with"):
         study.sensitivity(cycles=1)
 
 

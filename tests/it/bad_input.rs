@@ -128,9 +128,9 @@ fn missing_columns_and_unknown_units() {
         ),
         (
             WEATHER,
-            hours().renamed("temperature_c", "temperature_f"),
+            hours().renamed("temperature_c", "temperature_bar"),
             1,
-            &["`temperature_f`", "unit", "`temperature_c`"],
+            &["`temperature_bar`", "unit", "`temperature_c`"],
         ),
         (
             WEATHER,

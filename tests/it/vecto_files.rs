@@ -180,3 +180,96 @@ fn the_default_truck_takes_what_vecto_3_says() {
         assert!(apart("fuel_kg").abs() < 0.03 && apart("duration_s").abs() < 0.01, "{name}");
     }
 }
+
+/// The generic delivery truck as it was published: shares of axles that the declaration mode knows,
+/// maps with fewer cells than names, names with `in Nm`, sums of VECTO 2.2, a gap of 2 s.
+#[test]
+fn the_unchanged_delivery_truck_is_driven_as_vecto_drove_it() {
+    let Some(job) = shared("vecto/results/vehicle_12t/12t_Delivery_Truck.vecto") else { return };
+    let sums = shared("vecto/results/vehicle_12t/12t_Delivery_Truck.vsum").unwrap();
+    let missions = ["LongHaul", "RegionalDelivery"]
+        .map(|name| shared(&format!("vecto/cycles/{name}.vdri")).unwrap());
+    let [long, regional] = missions.each_ref().map(|mission| text_of(mission));
+    let answer = answer(&[text_of(&job), long, regional, "--result", text_of(&sums)]);
+    let comparisons = answer["comparisons"].as_array().unwrap();
+    assert_eq!(comparisons.len(), 6);
+    for compared in comparisons {
+        let run = by_its_driver(compared);
+        let apart = |term: &str| {
+            let theirs = number(compared, &format!("/vecto/{term}"));
+            (number(run, &format!("/terms/{term}")) / theirs - 1.0).abs()
+        };
+        let name = &compared["mission"];
+        assert!(apart("fuel_kg") < 0.015 && apart("duration_s") < 0.01, "{name}");
+        assert!(apart("air_j") < 0.01 && apart("rolling_j") < 0.015, "{name}");
+    }
+}
+
+/// A job with the files beside it, one of which is changed.
+fn changed_job(folder: &Path, change: impl Fn(&str, String) -> String) -> Option<PathBuf> {
+    let job = shared("vecto/40t_tractor/40t_Long_Haul_Truck.vecto")?;
+    for entry in std::fs::read_dir(job.parent().unwrap()).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(folder.join(&name), change(&name, text)).unwrap();
+    }
+    Some(folder.join(job.file_name().unwrap()))
+}
+
+/// The vehicle that a job is.
+fn vehicle_of(job: &Path) -> ocmc_core::vehicle::VehicleModel {
+    let set = format!("vehicle.base={}", text_of(job));
+    ocmc_api::study::load("field-truck", &[set]).unwrap().model.vehicle
+}
+
+#[test]
+fn a_drag_area_over_speed_is_that_of_its_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let changed = changed_job(folder.path(), |name, text| {
+        if !name.ends_with(".vveh") {
+            return text;
+        }
+        text.replace("\"CdOfVdecl\"", "\"CdOfVeng\"").replace("<NOFILE>", "truck.vcdv")
+    });
+    let Some(job) = changed else { return };
+    // factors as VECTO's manual has them: one up to 60 km/h, falling above
+    let rows = [(0, 1.173), (30, 1.173), (60, 1.173), (65, 1.153), (70, 1.136), (80, 1.109)];
+    let rows = rows.iter().chain(&[(90, 1.09), (100, 1.075)]);
+    let text: String = rows.clone().map(|(speed, factor)| format!("{speed},{factor}\n")).collect();
+    std::fs::write(folder.path().join("truck.vcdv"), format!("v_veh [km/h],Cd [-]\n{text}"))
+        .unwrap();
+    let vehicle = vehicle_of(&job);
+    let by_speed = vehicle.drag_by_speed.unwrap();
+    let serde_json::Value::Number(drag) = serde_json::to_value(&vehicle.drag_area_m2).unwrap()
+    else {
+        panic!("a number");
+    };
+    for (kmh, factor) in rows {
+        let speed_mps = f64::from(*kmh) / 3.6;
+        let found = drag.as_f64().unwrap() / 6.2985 * by_speed.prepare().factor(speed_mps);
+        assert!((found / factor - 1.0).abs() < 0.005, "{kmh}: {found} {factor}");
+    }
+}
+
+#[test]
+fn a_job_of_vecto_3_opens_and_what_it_does_not_say_follows() {
+    let folder = tempfile::tempdir().unwrap();
+    let changed = changed_job(folder.path(), |name, text| match name.rsplit('.').next() {
+        Some("vgbx") => text.replace("\"SkipGears\"", "\"Skip\"").replace("EaryShiftUp", "Early"),
+        Some("vecto") => {
+            text.replace("\"Dec\"", "\"DF_offset\"").replace("\"MinSpeed\"", "\"Min\"")
+        }
+        _ => text,
+    });
+    let Some(job) = changed else { return };
+    let original = shared("vecto/40t_tractor/40t_Long_Haul_Truck.vecto").unwrap();
+    assert_eq!(vehicle_of(&job), vehicle_of(&original));
+    let mission = shared("vecto/cycles/RegionalDelivery.vdri").unwrap();
+    let folder = shared("vecto/results/declaration_40t").unwrap();
+    let result = folder.join("40t_Long_Haul_Truck_Regional_Delivery_Reference_Loading.vmod.gz");
+    let asked = [text_of(&job), text_of(&mission), "--result", text_of(&result)];
+    let compared = answer(&asked);
+    let run = by_its_driver(&compared["comparisons"][0]);
+    assert!(number(run, "/terms/fuel_kg") > 3.0);
+}

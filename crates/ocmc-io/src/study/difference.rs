@@ -8,8 +8,9 @@ use std::fmt::Write;
 
 /// Tables that say what a study is, not what it does.
 const NOT_DRIVEN: [&str; 1] = ["study"];
-/// Longest value that is printed, in characters.
-const SHOWN: usize = 30;
+/// Longest value that is printed, and longest line, in characters.
+const SHOWN: usize = 24;
+const WIDTH: usize = 80;
 
 /// A key that differs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -87,20 +88,23 @@ fn mean(value: &Value) -> Option<f64> {
     }
 }
 
-/// At most `most` of the differences, a line each.
+/// At most `most` of the differences, one below the other.
 pub fn differences_text(differences: &[KeyDifference], most: usize) -> String {
     let shown = &differences[..differences.len().min(most)];
-    let width = shown.iter().map(|difference| difference.key.len()).max().unwrap_or(0);
     let mut text = String::new();
     for KeyDifference { key, a, b, ratio } in shown {
-        let [a, b] = [a, b].map(|value| value.as_ref().map_or("-".to_owned(), brief));
+        let [a, b] = [a, b].map(|value| value.as_ref().map_or("none".to_owned(), brief));
         let change = match ratio {
-            Some(ratio) if (ratio - 1.0).abs() < 0.5 => format!("{:+.1} %", 100.0 * (ratio - 1.0)),
-            Some(ratio) => format!("times {}", rounded(*ratio)),
+            Some(ratio) if (ratio - 1.0).abs() < 0.5 => {
+                format!(" ({:+.1} %)", 100.0 * (ratio - 1.0))
+            }
+            Some(ratio) => format!(" (times {})", rounded(*ratio)),
             None => String::new(),
         };
-        let line = format!("{key:width$}  {a:>SHOWN$}  {b:>SHOWN$}  {change}");
-        let _ = writeln!(text, "{}", line.trim_end());
+        let values = format!("{a} -> {b}{change}");
+        let one_line = key.len() + 2 + values.chars().count() <= WIDTH;
+        let between = if one_line { "  " } else { "\n    " };
+        let _ = writeln!(text, "{key}{between}{values}");
     }
     let more = differences.len() - shown.len();
     if more > 0 {
@@ -113,7 +117,7 @@ pub fn differences_text(differences: &[KeyDifference], most: usize) -> String {
 fn brief(value: &Value) -> String {
     match value {
         Value::Object(table) => match table.get("distribution") {
-            Some(law) => format!("{} law", law.as_str().unwrap_or_default()),
+            Some(law) => format!("a {} law", law.as_str().unwrap_or_default()),
             None => format!("a table of {} keys", table.len()),
         },
         Value::Array(values) => match mean(value) {
@@ -138,7 +142,7 @@ mod tests {
         assert_eq!(differences(&base.model, &base.model), []);
         let sets = [
             "vehicle.drag_area_m2=4.24",
-            "vehicle.axles.1.iso_rolling_coefficient=0.0065",
+            "vehicle.axles.1.iso_rolling_coefficient=0.007",
             "driver.curve_speed.form=table",
             "mission.payload_kg=12000",
         ];
@@ -153,6 +157,7 @@ mod tests {
         // what has no ratio stands first
         assert!(found[0].ratio.is_none() && found[3].ratio.is_some());
         let text = differences_text(&found, 3);
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
         assert!(text.contains("table") && text.ends_with("and 1 more\n"), "{text}");
         // back again
         let back = differences(&changed.model, &base.model);

@@ -47,9 +47,11 @@ pub(super) fn of_job(body: &JobBody, path: &Path) -> Result<VectoDriver, VectoEr
     };
     let coasting = &body.lac;
     let over = &body.over_speed_eco_roll;
-    let look_ahead = coasting.enabled.then_some(LookAhead::Window {
-        deceleration_mps2: -coasting.dec.abs(),
-        minimum_speed_mps: coasting.min_speed / 3.6,
+    let minimum_speed_mps = coasting.min_speed.unwrap_or(FROM_KMH) / 3.6;
+    let look_ahead = coasting.enabled.then_some(match coasting.dec {
+        Some(dec) => LookAhead::Window { deceleration_mps2: -dec.abs(), minimum_speed_mps },
+        // a job of VECTO 3 has factors of its decision instead
+        None => LookAhead::DecisionFactor { minimum_speed_mps },
     });
     let overspeed = match over.mode.to_lowercase().as_str() {
         "off" => None,
@@ -83,10 +85,8 @@ fn read(path: &Path) -> Result<AccelerationTable, VectoError> {
 #[serde(rename_all = "PascalCase")]
 pub(super) struct Coasting {
     enabled: bool,
-    #[serde(default)]
-    dec: f64,
-    #[serde(default)]
-    min_speed: f64,
+    dec: Option<f64>,
+    min_speed: Option<f64>,
 }
 
 /// Overspeed and eco-roll, as a job has them.

@@ -26,11 +26,22 @@ pub(super) struct GearboxFile {
     start_speed: f64,
     start_acc: f64,
     shift_time: f64,
-    skip_gears: bool,
+    /// Time of a shift without torque, in s.
+    #[serde(rename = "TracInt", default = "one")]
+    traction_gap_s: f64,
+    /// VECTO 3 does not write this and the next: there they follow from the kind of the gearbox.
+    skip_gears: Option<bool>,
     // as VECTO writes it
-    #[serde(rename = "EaryShiftUp")]
-    early_upshift: bool,
+    #[serde(rename = "EaryShiftUp", alias = "EarlyShiftUp")]
+    early_upshift: Option<bool>,
+    #[serde(rename = "DownshiftAfterUpshiftDelay", default)]
+    opposite_shift_time_s: f64,
     gearbox_type: String,
+}
+
+/// The gap of an automated gearbox, in s.
+fn one() -> f64 {
+    1.0
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -51,6 +62,10 @@ enum LossMap {
 }
 
 impl GearboxFile {
+    fn is_automated(&self) -> bool {
+        !self.gearbox_type.eq_ignore_ascii_case("mt")
+    }
+
     pub(super) fn check(&self, path: &Path) -> Result<(), VectoError> {
         let refused = |what, found: String, allowed| {
             Err(VectoError::Unsupported { path: path.to_owned(), what, found, allowed })
@@ -85,8 +100,12 @@ impl GearboxFile {
             start_speed_mps: self.start_speed,
             start_acceleration_mps2: self.start_acc,
             shift_time_s: self.shift_time,
-            skip_gears: self.skip_gears,
-            early_upshift: self.early_upshift,
+            opposite_shift_time_s: self.opposite_shift_time_s,
+            // the driver goes by whole seconds
+            gap_s: self.traction_gap_s.round().clamp(0.0, 5.0) as u32,
+            skip_gears: self.skip_gears.unwrap_or(true),
+            // a driver by hand does not shift up early
+            early_upshift: self.early_upshift.unwrap_or_else(|| self.is_automated()),
             ..driver
         })
     }

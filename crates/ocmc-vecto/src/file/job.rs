@@ -89,7 +89,7 @@ impl Job {
     /// # Errors
     /// [`VectoError`] where a file that it names cannot be used.
     pub fn vehicle_keys(&self) -> Result<Value, VectoError> {
-        let mut keys = self.vehicle.1.keys();
+        let mut keys = self.vehicle.1.keys(&self.vehicle.0)?;
         let combustion = &mut keys["powertrain"]["combustion"];
         combustion["engine"] = self.engine.1.keys(&self.engine.0)?;
         let most_nm = self.engine.1.peak_torque_nm(&self.engine.0)?;

@@ -64,6 +64,12 @@ impl Columns {
         self.texts(name)?.into_iter().enumerate().map(number).collect()
     }
 
+    /// The first of these columns that is there, as numbers.
+    pub(super) fn numbers_of(&self, names: &[&'static str]) -> Result<Vec<f64>, VectoError> {
+        let there = names.iter().find(|name| self.place(name).is_some());
+        self.numbers(there.unwrap_or(&names[0]))
+    }
+
     /// A column of numbers, or this number where there is no such column.
     pub(super) fn numbers_or(
         &self,
@@ -77,10 +83,11 @@ impl Columns {
     }
 }
 
-/// A name without its unit in brackets and without angle brackets.
+/// A name without its unit, in brackets or behind `in`, and without angle brackets.
 fn plain(name: &str) -> &str {
     let name = name.trim().trim_start_matches('\u{feff}');
     let name = name.split('[').next().unwrap_or(name).trim();
+    let name = name.split(" in ").next().unwrap_or(name).trim();
     name.trim_start_matches('<').trim_end_matches('>')
 }
 
@@ -177,7 +184,7 @@ fn scaled(values: Vec<f64>, factor: f64) -> Vec<f64> {
     values.into_iter().map(|value| factor * value).collect()
 }
 
-/// A row of sums (`.vsum` of VECTO 3): energies in J.
+/// A row of sums (`.vsum`): energies in J.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sum {
     /// Name of the row.
@@ -208,20 +215,26 @@ pub struct Sum {
     pub engine_j: f64,
 }
 
-/// Reads sums of VECTO 3.
+/// Reads sums of VECTO 2.2 or 3.
 ///
 /// # Errors
 /// [`VectoError`] names the file, the place and what is allowed.
 pub fn read_sums(path: &Path) -> Result<Vec<Sum>, VectoError> {
     let columns = Columns::read(path)?;
-    let kwh = |name| Ok::<_, VectoError>(scaled(columns.numbers(name)?, 3.6e6));
+    // VECTO 3 has `E_air` where 2.2 has `Eair`
+    let kwh = |name: [&'static str; 2]| {
+        Ok::<_, VectoError>(scaled(columns.numbers_of(&name)?, 3.6e6).into_iter().map(f64::abs))
+    };
     let (names, missions) = (columns.texts("Job")?, columns.texts("Cycle")?);
     let (mass, loading) = (columns.numbers("Mass")?, columns.numbers("Loading")?);
     let (time, distance) = (columns.numbers("time")?, columns.numbers("distance")?);
     let fuel_gph = columns.numbers("FC-Map")?;
-    let (air, rolling, brake) = (kwh("E_air")?, kwh("E_roll")?, kwh("E_brake")?);
-    let (auxiliary, gears) = (kwh("E_aux_sum")?, kwh("E_gbx_axl_loss")?);
-    let (retarder, engine) = (kwh("E_ret_loss")?, kwh("E_fcmap_pos")?);
+    let energy = |name: [&'static str; 2]| Ok::<_, VectoError>(kwh(name)?.collect::<Vec<f64>>());
+    let (air, rolling) = (energy(["E_air", "Eair"])?, energy(["E_roll", "Eroll"])?);
+    let (brake, auxiliary) = (energy(["E_brake", "Ebrake"])?, energy(["E_aux_sum", "Eaux"])?);
+    let gears = energy(["E_gbx_axl_loss", "Etransm"])?;
+    let (retarder, engine) =
+        (energy(["E_ret_loss", "Eretarder"])?, energy(["E_fcmap_pos", "EposICE"])?);
     let sum = |k: usize| Sum {
         name: names[k].to_owned(),
         mission: missions[k].to_owned(),

@@ -234,12 +234,19 @@ pub const ENGINE_CURVES: Schema = Schema {
             Q::FullLoadTorque,
             &[(
                 "nm",
-                &["mfull", "full_load_torque", "max._torque", "torque_nm", "full_load_torque_nm"],
+                &[
+                    "mfull",
+                    "m_max",
+                    "full_load_torque",
+                    "max._torque",
+                    "torque_nm",
+                    "full_load_torque_nm",
+                ],
             )],
         ),
         Field::named(
             Q::DragTorque,
-            &[("nm", &["mdrag", "motoring_torque", "drag_torque", "drag_torque_nm"])],
+            &[("nm", &["mdrag", "m_min", "motoring_torque", "drag_torque", "drag_torque_nm"])],
         ),
     ],
 };

@@ -273,6 +273,17 @@ impl Table {
 }
 
 impl Header<'_> {
+    /// Whether a row has the cells of all columns that are understood; what is beyond the names has
+    /// to be empty.
+    fn has_its_cells(&self, record: &csv::StringRecord) -> bool {
+        let (found, wanted) = (record.len(), self.names.len());
+        let last = self.columns.iter().map(|column| column.place).max().unwrap_or(wanted);
+        found == wanted
+            || (self.style == Style::Description
+                && found > last
+                && record.iter().skip(wanted).all(str::is_empty))
+    }
+
     /// Most rows: each keeps its numbers in memory.
     fn check_size(&self, rows: usize) -> Result<(), TableError> {
         let most = if self.style == Style::Log { 100_000_000 } else { 20_000_000 };
@@ -307,7 +318,7 @@ impl Header<'_> {
                 }
             }
             let place = RowPlace::Line(rows.line(&record));
-            if self.style != Style::Log && record.len() != self.names.len() {
+            if self.style != Style::Log && !self.has_its_cells(&record) {
                 let (found, wanted) = (record.len(), self.names.len());
                 return Err(TableError::of(self.path, Fault::Cells { place, found, wanted }));
             }
