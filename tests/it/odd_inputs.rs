@@ -7,6 +7,8 @@ use crate::noisy_routes::points;
 use ocmc_api::{Follow, GivenDrive, RunPlan, RunRequest, go_on, run, study as studies};
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::study::Study;
+use ocmc_io::intake::FileAccount;
+use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -71,7 +73,7 @@ fn answer(path: &Path, text: &str, follow: Option<Follow>) -> Answer {
     let Ok(given) = given else { return Answer::Refused };
     let Ok(loaded) = given.study(loaded) else { return Answer::Refused };
     let mut warnings: Vec<String> = given.accounts().into_iter().flat_map(|a| a.warnings).collect();
-    warnings.extend(given.cycle_account().into_iter().flat_map(|read| read.warnings()));
+    warnings.extend(given.cycle_account().into_iter().flat_map(FileAccount::warnings));
     let plan = RunPlan::new(1, 0, TRIPS, Some(1), None);
     let request = RunRequest { study: &loaded, given: &given, plan, precision: None, out: None };
     let Ok(driven) = run(&request, &mut |_| (), &mut go_on) else { return Answer::Refused };
@@ -197,8 +199,8 @@ fn thinned_roads() {
             *k == 0
                 || k + 1 == points.len()
                 || stops[*k]
-                || k % every == 0
-                || (by_corner && corner(*k) && k % (every / 4).max(1) == 0)
+                || k.is_multiple_of(every)
+                || (by_corner && corner(*k) && k.is_multiple_of((every / 4).max(1)))
         };
         let kept: Vec<usize> = (0..points.len()).filter(keep).collect();
         let thin: Vec<[f64; 4]> = kept.iter().map(|k| points[*k]).collect();
@@ -218,13 +220,13 @@ fn receivers_that_drift_at_standstill() {
         let drift_mps = chance.size(0.02, 0.5);
         let mut drifted = Vec::new();
         let places: Vec<usize> =
-            (0..1 + chance.place(5)).map(|_| chance.place(points.len())).collect();
+            (0..=chance.place(5)).map(|_| chance.place(points.len())).collect();
         for (k, point) in points.iter().enumerate() {
             drifted.push(*point);
             if !places.contains(&k) || k + 1 == points.len() {
                 continue;
             }
-            let [mut dx, mut dy, mut course] = [0.0, 0.0, chance.between(0.0, 6.28)];
+            let [mut dx, mut dy, mut course] = [0.0, 0.0, chance.between(0.0, TAU)];
             for _ in 0..chance.between(30.0, 400.0) as usize {
                 course += 0.5 * chance.0.normal();
                 // a receiver comes back to where it is

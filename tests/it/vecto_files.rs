@@ -227,7 +227,7 @@ fn vehicle_of(job: &Path) -> ocmc_core::vehicle::VehicleModel {
 fn a_drag_area_over_speed_is_that_of_its_table() {
     let folder = tempfile::tempdir().unwrap();
     let changed = changed_job(folder.path(), |name, text| {
-        if !name.ends_with(".vveh") {
+        if name != "40t_Long_Haul_Truck.vveh" {
             return text;
         }
         text.replace("\"CdOfVdecl\"", "\"CdOfVeng\"").replace("<NOFILE>", "truck.vcdv")
@@ -236,9 +236,10 @@ fn a_drag_area_over_speed_is_that_of_its_table() {
     // factors as VECTO's manual has them: one up to 60 km/h, falling above
     let rows = [(0, 1.173), (30, 1.173), (60, 1.173), (65, 1.153), (70, 1.136), (80, 1.109)];
     let rows = rows.iter().chain(&[(90, 1.09), (100, 1.075)]);
-    let text: String = rows.clone().map(|(speed, factor)| format!("{speed},{factor}\n")).collect();
-    std::fs::write(folder.path().join("truck.vcdv"), format!("v_veh [km/h],Cd [-]\n{text}"))
-        .unwrap();
+    let lines = rows.clone().map(|(speed, factor)| format!("{speed},{factor}"));
+    let table: Vec<String> =
+        std::iter::once("v_veh [km/h],Cd [-]".to_owned()).chain(lines).collect();
+    std::fs::write(folder.path().join("truck.vcdv"), table.join("\n")).unwrap();
     let vehicle = vehicle_of(&job);
     let by_speed = vehicle.drag_by_speed.unwrap();
     let serde_json::Value::Number(drag) = serde_json::to_value(&vehicle.drag_area_m2).unwrap()
