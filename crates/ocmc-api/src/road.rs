@@ -9,7 +9,7 @@ use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::Track;
 use ocmc_estimation::log::road::RoadOptions;
 use ocmc_io::given_cycle::{Account, account};
-use ocmc_io::intake::FileAccount;
+use ocmc_io::intake::{FileAccount, unlike_a_road};
 use ocmc_io::log::curves::Steering;
 use ocmc_io::log::driven::{MeasuredDrive, MeasuredDrives};
 use ocmc_io::log::roads::NEEDS;
@@ -77,7 +77,9 @@ pub struct MadeRoad {
 impl MadeRoad {
     fn new(name: String, cycle: &GivenCycle) -> Self {
         let climbs = cycle.altitude.windows(2).map(|pair| (pair[1].1 - pair[0].1).max(0.0));
-        let account = account(name.as_ref(), cycle, FileAccount::default());
+        let findings = unlike_a_road::judge(cycle);
+        let read = FileAccount { file: name.clone(), findings, ..FileAccount::default() };
+        let account = account(name.as_ref(), cycle, read);
         Self {
             name,
             length_m: cycle.length_m,

@@ -1,6 +1,6 @@
 //! What was read of a given operating cycle, in words, and what of it is hardly a road.
 
-use crate::intake::{FileAccount, scatter};
+use crate::intake::{FileAccount, scatter, unlike_a_road};
 use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
@@ -9,17 +9,6 @@ use std::path::Path;
 
 /// Radii that part the curves that are told, in m.
 const RADII_M: [f64; 3] = [50.0, 150.0, 500.0];
-/// Curves per km from which on they are hardly a road's (judgement: the map roads of West Sweden
-/// have 1.3).
-const MANY_CURVES_PER_KM: f64 = 5.0;
-/// Mean magnitude of the slope from which on it is hardly a road's (judgement: the steepest road
-/// types of the built-in studies have 2 %).
-const STEEP_MEAN: f64 = 0.04;
-/// A shorter road may well be one hill, in km.
-const SHORTEST_KM: f64 = 5.0;
-/// Changes of the slope, without sign, added up over a km (judgement: drawn roads have 0.1 to 0.3).
-const MANY_CHANGES_PER_KM: f64 = 1.0;
-
 /// What was read of a cycle.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Account {
@@ -53,16 +42,9 @@ pub struct Account {
 pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
     let km = cycle.length_m / 1000.0;
     let file = path.display();
-    let points = cycle.altitude.windows(2).filter(|pair| pair[1].0 > pair[0].0);
-    let slopes: Vec<(f64, f64)> = points
-        .map(|pair| (pair[1].0 - pair[0].0, (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0)))
-        .collect();
+    let slopes = unlike_a_road::slopes(cycle);
     let climb_m: f64 = slopes.iter().map(|(way_m, slope)| (way_m * slope).max(0.0)).sum();
     let steepest = slopes.iter().fold(0.0, |most: f64, (_, slope)| most.max(slope.abs()));
-    let mean = slopes.iter().map(|(way_m, slope)| way_m * slope.abs()).sum::<f64>()
-        / cycle.length_m.max(1.0);
-    let changes_per_km =
-        slopes.windows(2).map(|pair| (pair[1].1 - pair[0].1).abs()).sum::<f64>() / km;
     let stops = cycle.events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
     let limits = cycle.limits.iter().map(|limit| limit.1);
     let (low_mps, high_mps) = limits
@@ -85,7 +67,7 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
         count_of(stops as u64, "stop"),
     )];
     told.extend(read.told());
-    let mut warnings = read.warnings();
+    let warnings = read.warnings();
     // of a route it is said where it is read; of the road of a log here
     let noise = [("positions", cycle.noise.positions_m), ("altitudes", cycle.noise.altitudes_m)];
     for (what, noise_m) in noise {
@@ -94,28 +76,6 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
             told.push(format!("`{file}`: {}", scatter::smoothed(what, noise_m)));
         }
     }
-    let curves_per_km = cycle.curves.len() as f64 / km;
-    let mut doubt = |holds: bool, what: String, hint: &str| {
-        if holds {
-            warnings.push(format!("`{file}` has {what}, which is hardly a road: {hint}"));
-        }
-    };
-    doubt(
-        curves_per_km > MANY_CURVES_PER_KM,
-        format!("{} curves per km", rounded(curves_per_km)),
-        "is it the noise of its positions or its curvature?",
-    );
-    doubt(
-        mean > STEEP_MEAN && km > SHORTEST_KM,
-        format!("a slope of {} % in the mean, up or down", percent(mean)),
-        "is it the noise of its altitudes, or a slope in per cent?",
-    );
-    doubt(
-        changes_per_km > MANY_CHANGES_PER_KM,
-        format!("slopes that change by {} % per km in sum", percent(changes_per_km)),
-        "average its altitudes or slopes before, as `ocmc road LOG --altitude-average 200` does of a \
-         log",
-    );
     Account {
         file: file.to_string(),
         read,

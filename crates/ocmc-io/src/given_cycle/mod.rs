@@ -14,7 +14,7 @@ use crate::intake::table::error::Fault;
 use crate::intake::table::formats::{DRIVE_CYCLE, TRACKS};
 use crate::intake::table::source::{ending, is_table, read_text};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{FileAccount, high_altitude, slope};
+use crate::intake::{FileAccount, high_altitude, slope, unlike_a_road};
 use crate::sha256;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use std::io::Read;
@@ -70,6 +70,7 @@ pub fn read_with_account(
     account.judged(path, slope::judge(slopes, account.has_slope_with_unit()))?;
     let altitudes_m = cycle.altitude.iter().map(|point| point.1);
     account.judged(path, high_altitude::judge(altitudes_m))?;
+    account.judged(path, unlike_a_road::judge(&cycle))?;
     Ok((cycle, account))
 }
 

@@ -25,6 +25,7 @@ pub mod sparse_altitudes;
 pub mod study_value;
 pub mod table;
 pub mod trip;
+pub mod unlike_a_road;
 pub mod unused_column;
 pub mod values;
 

@@ -16,7 +16,8 @@ use crate::intake::table::clock::{LogClock, dated};
 use crate::intake::table::error::Fault;
 use crate::intake::table::formats::LOG;
 use crate::intake::table::given::{GivenTable, RowPlace};
-use crate::intake::table::{self, Column, Mapping, Quantity, Source, Table, TableError};
+use crate::intake::table::{self, Column, Mapping, Quantity, Source, Style, Table, TableError};
+use crate::intake::values::Watched;
 use crate::intake::{Extent, FileAccount, Finding, contradiction, slope};
 use crate::sha256;
 use arrow_array::Float64Array;
@@ -232,6 +233,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         Ok(())
     })?;
     account.findings.extend(clock.finding());
+    account.findings.extend(judged_whole(&numbers, &whole, &file.columns));
     file.read = account;
     file.drives = drives.finish(&numbers, &whole);
     file.read.findings.extend(account::cells_left_out(&file));
@@ -254,6 +256,23 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         file.read.judged(&file.path, found.into_iter().map(told))?;
     }
     Ok(file)
+}
+
+/// Looks at the values of columns that are not read row by row.
+fn judged_whole(
+    numbers: &[Column],
+    whole: &[Option<Float64Array>],
+    names: &[(Column, String)],
+) -> Vec<Finding> {
+    let judged = numbers.iter().zip(whole).filter_map(|(column, whole)| {
+        let mut watched = Watched::default();
+        for (row, value) in whole.as_ref()?.values().iter().enumerate() {
+            watched.look(RowPlace::Row(row as u64 + 1), column, *value, *value);
+        }
+        let name = names.iter().find(|(known, _)| known.place == column.place);
+        watched.judge(name.map_or("", |(_, name)| name), column, Style::Log)
+    });
+    judged.collect()
 }
 
 /// The way of each row of a drive, in m, with its slope.
@@ -442,6 +461,15 @@ mod tests {
         assert_eq!((unreadable.cells, unreadable.text.as_str()), (2, "inf"));
         assert_eq!(unreadable.place, RowPlace::Row(2));
         assert_eq!(by_text.unreadable[0].place, RowPlace::Line(3));
+    }
+
+    #[test]
+    fn values_of_columns_that_are_not_copied_are_looked_at() {
+        let speed = numbers(&[0.0, 90.0, 95.0, 80.0]);
+        let table = table(&[("time_s", numbers(&[0.0, 1.0, 2.0, 3.0])), ("speed_mps", speed)]);
+        let file = read(Source::Given(&table), &[], &[]).expect("a log");
+        let found = &file.read.findings[0];
+        assert!(found.check == "unusual-value" && found.remedy.contains("speed_kmh"), "{found}");
     }
 
     #[test]

@@ -14,7 +14,7 @@ use ocmc_io::run_directory::{self, CHUNK_ROWS, Manifest, RunDirectory, RunSummar
 use ocmc_io::study::{self, Files};
 use ocmc_io::table::Source;
 use ocmc_io::{curve_table, drive_cycle, given_cycle, log, speed_change_table};
-use ocmc_io::{traffic_table, weather_table};
+use ocmc_io::{fleet_table, traffic_table, weather_table};
 use parquet::arrow::ArrowWriter;
 use std::fmt::Write as _;
 use std::fs;
@@ -210,7 +210,7 @@ fn tracks() -> String {
 /// A reader: its name, its seeds, and what it does with a file. It says whether it read something.
 type Reader = (&'static str, fn() -> Seeds, fn(&Path) -> bool);
 
-const READERS: [Reader; 12] = [
+const READERS: [Reader; 13] = [
     (
         "study",
         || {
@@ -302,7 +302,16 @@ const READERS: [Reader; 12] = [
                 "time_s,temperature_c,pressure_hpa,relative_humidity_percent,wind_speed_mps";
             let text =
                 table(names, 200, |row, k| [3600.0 * row as f64, 10.0, 1010.0, 75.0, 4.0][k]);
-            named(&["a.csv", "a.csv.gz"], &text)
+            let mut seeds = named(&["a.csv", "a.csv.gz"], &text);
+            // dates in two columns, and a file of EnergyPlus
+            let rows = (0..200).map(|k| format!("{:02}.01.2024,{:02}:00,5\n", 1 + k / 24, k % 24));
+            let dated = format!("Datum,Uhrzeit,temperature_c\n{}", rows.collect::<String>());
+            seeds.extend(named(&["b.csv"], &dated));
+            let cells = ",0,?,-5,0,80,101000".to_owned() + &",0".repeat(25);
+            let rows = (0..48).map(|k| format!("2001,1,{},{}{cells}\n", 1 + k / 24, 1 + k % 24));
+            let heading = "LOCATION,x\n".to_owned() + &"y\n".repeat(7);
+            seeds.extend(named(&["c.epw"], &(heading + &rows.collect::<String>())));
+            seeds
         },
         |path| weather_table::read(Source::File(path), &[], None).is_ok(),
     ),
@@ -316,6 +325,18 @@ const READERS: [Reader; 12] = [
         |path| {
             let model: TrafficModel = study::load("field-truck", NO_SETS).unwrap().model.traffic;
             traffic_table::read(Source::File(path), &[], &model, None).is_ok()
+        },
+    ),
+    (
+        "records of a fleet",
+        || {
+            let rows = (0..60).map(|k| format!("t{},{},{},{}\n", k % 6, 30 + k % 5, 20 + k, 9 * k));
+            let names = "truck_id,consumption_l_per_100km,distance_km,departure_s_of_year";
+            named(&["a.csv", "a.csv.gz"], &format!("{names}\n{}", rows.collect::<String>()))
+        },
+        |path| {
+            let column = "consumption_l_per_100km";
+            fleet_table::read(Source::File(path), &[], column, Some("distance_km"), true).is_ok()
         },
     ),
     (
