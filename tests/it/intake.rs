@@ -78,7 +78,10 @@ fn drive_cycles() {
 fn routes_and_tracks() {
     let Some(folder) = shared("cases") else { return };
     for (file, right) in [
+        ("c01_route_alt_and_grade.csv", Refused("its altitudes climb by 3.000 %")),
         ("c18_pass.csv", Warned("high-altitude")),
+        ("c19_whole_metres.csv", Says("its altitudes scatter by")),
+        ("c33_antimeridian.csv", Says("21.16 km")),
         ("c19_tunnel.csv", Refused("the value at 8000 m")),
         ("c19_zero_spike.csv", Refused("the value at 9975 m")),
         ("c11_route_thousand_points.csv", Refused("the road is 20 m long")),
@@ -87,6 +90,37 @@ fn routes_and_tracks() {
     ] {
         judged(&folder, &["drive"], file, &ROUTE, &right);
     }
+}
+
+/// Consumption of a file in the unit of a column.
+fn consumption(folder: &Path, file: &str, column: &str, options: &[&str]) -> f64 {
+    let path = folder.join(file).display().to_string();
+    let arguments: Vec<&str> =
+        ["drive", &path, "--json", "--quiet"].iter().chain(options).copied().collect();
+    let answer: Value = serde_json::from_slice(&ocmc(&arguments).output().unwrap().stdout).unwrap();
+    answer["statistics"][column]["mean"].as_f64().unwrap()
+}
+
+#[test]
+fn hills_give_back_no_more_than_they_take() {
+    let Some(folder) = shared("cases") else { return };
+    for (study, column) in [
+        ("field-truck-loaded", "consumption_l_per_100km"),
+        ("battery-truck", "consumption_kwh_per_km"),
+    ] {
+        let options = ["--follow-speed", "exact", "--study", study, "--cycles", "20"];
+        let [up, down, level] = ["c02_up4.csv", "c02_down4.csv", "c06_t1.csv"]
+            .map(|file| consumption(&folder, file, column, &options));
+        assert!(up + down > 2.0 * level && down < level, "{study}: {up} {down} {level}");
+    }
+    // a battery that is nearly full takes 10.8 kWh on 25 km down
+    let options = ["--study", "battery-truck", "--cycles", "5"];
+    let per_km = consumption(&folder, "c03_down.csv", "consumption_kwh_per_km", &options);
+    assert!((25.0 * per_km / -10.8 - 1.0).abs() < 0.02, "{per_km}");
+    // an hour at rest counts once: the engine idles for it, and the way is that of the rest
+    let at_rest = consumption(&folder, "c05_stand_long.csv", "consumption_l_per_100km", &EXACT);
+    let litres = at_rest * 0.1667 / 100.0;
+    assert!((1.5..4.5).contains(&litres), "{litres} litres an hour");
 }
 
 #[test]
