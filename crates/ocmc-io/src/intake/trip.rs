@@ -2,7 +2,7 @@
 
 use super::Finding;
 use crate::intake::table::given::RowPlace;
-use crate::number_text::{grouped, rounded};
+use crate::number_text::{count_of, grouped, rounded};
 
 /// A unit of consumption over the distance.
 struct Unit {
@@ -58,11 +58,8 @@ fn unit_of(column: &str) -> Option<&'static Unit> {
     let is_part = |c: &char| !c.is_whitespace() && !['_', '(', ')', '[', ']'].contains(c);
     let name = column.to_lowercase().replace("_per_", "/").replace(" per ", "/");
     let name: String = name.chars().filter(is_part).collect();
-    let ends = |form: &&str| {
-        let rest = name.strip_suffix(*form);
-        // `fuel/100km` ends so, too
-        rest.is_some_and(|_| form.len() > 8 || !name.ends_with("fuel/100km"))
-    };
+    // fuel of no unit is no litre
+    let ends = |form: &&str| name.ends_with(*form) && !name.ends_with("fuel/100km");
     UNITS.iter().find(|unit| unit.forms.iter().any(ends))
 }
 
@@ -83,11 +80,7 @@ pub fn impossible(column: &str, trips: &[(RowPlace, f64)], all: usize) -> Option
     let (place, value) = trips.first()?;
     let [low, high] = unit_of(column)?.possible;
     let bound = if *value < low { low } else { high };
-    let count = if trips.len() == 1 {
-        "1 trip".to_owned()
-    } else {
-        format!("{} trips", grouped(trips.len() as u64))
-    };
+    let count = count_of(trips.len() as u64, "trip");
     if trips.len() as f64 > MOST * all as f64 {
         let text = format!(
             "{count} of {} of column `{column}` lie outside {low} to {high}, first {value} in {place}",
@@ -175,7 +168,8 @@ mod tests {
         let of = |column, value: f64| unusual(column, &[(place, value)]);
         assert!(of("Consumption (L/100 km)", 0.31).unwrap().remedy.contains("L/km"));
         assert!(of("consumption_l_per_100km", 31.0).is_none() && of("points", 0.1).is_none());
-        assert!(is_consumption("l/100km [l]") == is_consumption("x") && is_consumption("L/100km"));
+        assert!(is_consumption("L/100km") && is_consumption("Energy kWh per km"));
+        assert!(!is_consumption("fuel per 100 km") && !is_consumption("km"));
         let mut trips: Vec<_> = (0..20).map(|k| (place, 30.0 + f64::from(k % 5))).collect();
         assert!(far("x", &trips).is_none());
         trips.push((RowPlace::Line(30), 300.0));

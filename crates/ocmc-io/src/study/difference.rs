@@ -11,6 +11,8 @@ const NOT_DRIVEN: [&str; 1] = ["study"];
 /// Longest value that is printed, and longest line, in characters.
 const SHOWN: usize = 24;
 const WIDTH: usize = 80;
+/// Longest list of numbers that is printed as it is.
+const FEW: usize = 3;
 
 /// A key that differs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -53,7 +55,7 @@ fn compare(key: &str, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<KeyD
             }
         }
         (Some(Value::Array(a)), Some(Value::Array(b)))
-            if a.len() == b.len() && a.iter().chain(b).all(Value::is_object) =>
+            if a.len() == b.len() && a.iter().chain(b).any(Value::is_object) =>
         {
             for (k, (a, b)) in a.iter().zip(b).enumerate() {
                 compare(&path(&k.to_string()), Some(a), Some(b), found);
@@ -63,7 +65,8 @@ fn compare(key: &str, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<KeyD
             let [a, b] = [a, b].map(|value| value.filter(|value| !value.is_null()));
             if a != b {
                 let ratio = a.and_then(mean).zip(b.and_then(mean));
-                let ratio = ratio.and_then(|(a, b)| (a != 0.0).then(|| b / a));
+                // lists of one mean differ otherwise
+                let ratio = ratio.and_then(|(a, b)| (a != 0.0 && a != b).then(|| b / a));
                 let (a, b) = (a.cloned(), b.cloned());
                 found.push(KeyDifference { key: key.to_owned(), a, b, ratio });
             }
@@ -120,6 +123,10 @@ fn brief(value: &Value) -> String {
             Some(law) => format!("a {} law", law.as_str().unwrap_or_default()),
             None => format!("a table of {} keys", table.len()),
         },
+        Value::Array(values) if values.len() <= FEW && values.iter().all(Value::is_number) => {
+            let numbers: Vec<String> = values.iter().map(Value::to_string).collect();
+            format!("[{}]", numbers.join(", "))
+        }
         Value::Array(values) => match mean(value) {
             Some(mean) => format!("{} numbers, mean {}", values.len(), rounded(mean)),
             None => format!("{} entries", values.len()),
@@ -162,6 +169,21 @@ mod tests {
         // back again
         let back = differences(&changed.model, &base.model);
         assert_eq!(back.len(), found.len());
+    }
+
+    #[test]
+    fn parts_of_lists_are_named_by_their_places() {
+        let base = load("field-truck", NONE).expect("built in");
+        let law = "mission.payload_kg={distribution='mixture', weights=[0.3, 0.7], \
+                   components=[0.0, {distribution='uniform', lower=1.0, upper=9000.0}]}";
+        let a = base.set(&[law]).expect("allowed");
+        let b = a.set(&["mission.payload_kg.components.1.upper=8000.0"]).expect("allowed");
+        let found = differences(&a.model, &b.model);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found[0].key, "mission.payload_kg.components.1.upper");
+        let c = a.set(&["mission.payload_kg.weights=[0.7, 0.3]"]).expect("allowed");
+        let text = differences_text(&differences(&a.model, &c.model), 9);
+        assert_eq!(text, "mission.payload_kg.weights  [0.3, 0.7] -> [0.7, 0.3]\n");
     }
 
     #[test]
