@@ -120,10 +120,11 @@ fn vectos_driver_drives_vectos_missions() {
             let theirs = number(compared, &format!("/vecto/{term}"));
             (number(run, &format!("/terms/{term}")) / theirs - 1.0).abs()
         };
-        assert!(apart("fuel_kg") < 0.03 && apart("duration_s") < 0.02, "{name}");
+        assert!(apart("fuel_kg") < 0.006 && apart("duration_s") < 0.002, "{name}");
         // over the same distance shifts are as many as shifts per km
-        assert!(apart("distance_m") < 0.001 && apart("shifts") < 0.25, "{name}");
-        assert!(number(run, "/speed/rms_kmh") < 1.0 && run["speed"]["covers"] == true, "{name}");
+        assert!(apart("distance_m") < 0.001 && apart("shifts") < 0.02, "{name}");
+        // coasting before stops and on bumps of overspeed is VECTO's
+        assert!(number(run, "/speed/rms_kmh") < 0.25 && run["speed"]["covers"] == true, "{name}");
     }
     // our own driver stands beside it
     assert!(comparisons.iter().all(|c| c["runs"][3]["driven"] == "our driver"));
@@ -141,12 +142,12 @@ fn vectos_driver_drives_vectos_manoeuvres() {
         for compared in answer["comparisons"].as_array().unwrap() {
             let speed = &by_its_driver(compared)["speed"];
             all += 1;
-            if !(number(speed, "/rms_kmh") < 2.0 && speed["covers"] == true) {
+            if !(number(speed, "/rms_kmh") < 0.3 && speed["covers"] == true) {
                 far.push(compared["mission"].clone());
             }
         }
     }
-    assert!(all == 35 && 10 * far.len() <= all, "{all}: {far:?}");
+    assert!(all == 35 && far.is_empty(), "{all}: {far:?}");
 }
 
 #[test]

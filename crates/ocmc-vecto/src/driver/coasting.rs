@@ -21,13 +21,11 @@ pub(super) fn prepare(
     auxiliary_w: f64,
 ) {
     let polygons = ShiftPolygons::new(&driver.shift_polygons, truck.powertrain);
+    let (slopes, gears) = (Vec::new(), Vec::new());
     let mut preparation =
-        Preparation { nodes, mission, truck, driver, polygons, auxiliary_w, slopes: Vec::new() };
+        Preparation { nodes, mission, truck, driver, polygons, auxiliary_w, slopes, gears };
     preparation.locate();
-    if let Some(overspeed) = &driver.overspeed {
-        preparation.overspeed(overspeed);
-        preparation.locate();
-    }
+    preparation.choose_gears_and_overspeed();
     preparation.look_ahead();
 }
 
@@ -40,10 +38,13 @@ struct Preparation<'a> {
     auxiliary_w: f64,
     /// Climb per metre of road in each second of the mission: that of the place where it ends.
     slopes: Vec<f64>,
+    /// The gear of each second before anything behind it was changed.
+    gears: Vec<usize>,
 }
 
 impl Preparation<'_> {
-    /// Slopes along the sum of the mean speeds, each that of the place where a second ends.
+    /// Slopes along the sum of the mean speeds, each that of the place where a second ends. They
+    /// stay, whatever overspeed and coasting make of the speeds.
     fn locate(&mut self) {
         let (nodes, mission) = (&self.nodes, self.mission);
         self.slopes = (0..nodes.seconds())
@@ -79,32 +80,40 @@ impl Preparation<'_> {
         (0..self.truck.powertrain.gears.len()).rev().find(fits).unwrap_or(0)
     }
 
-    /// Lets the truck roll with a closed clutch where it would have to be braked.
-    fn overspeed(&mut self, overspeed: &Overspeed) {
+    /// Forwards: the gear of each second, as it is when its turn comes, and overspeed behind it.
+    fn choose_gears_and_overspeed(&mut self) {
         for second in 0..self.nodes.seconds() {
             let motion = self.motion(second);
-            if motion.speed_mps < overspeed.minimum_speed_mps {
-                continue;
-            }
             let gear = self.quick_gear(&motion);
-            let speed_radps = self.truck.speed_radps(gear, motion.speed_mps);
-            let per_m = speed_radps / motion.speed_mps;
-            let inertia_kgm2 = self.truck.powertrain.engine_model.inertia_kgm2;
-            let spin_w = inertia_kgm2 * per_m * motion.acceleration_mps2 * speed_radps;
-            // auxiliaries count when it coasts, not for whether it does
-            if self.truck.quick_w(gear, &Motion { auxiliary_w: 0.0, ..motion }) + spin_w
-                >= self.truck.drag_w(speed_radps)
-            {
-                continue;
+            self.gears.push(gear);
+            if let Some(overspeed) = &self.driver.overspeed {
+                self.run_over(second, &motion, gear, overspeed);
             }
-            let start_mps = self.nodes.speed_mps[second];
-            let coasting_mps2 =
-                self.truck.coasting_mps2(gear, start_mps, motion.slope, motion.auxiliary_w);
-            let most_mps = self.nodes.mean_target_mps(second) + overspeed.above_mps;
-            let node_mps = start_mps + coasting_mps2;
-            self.nodes.speed_mps[second + 1] =
-                node_mps.min(most_mps).min(2.0 * most_mps - start_mps).max(0.0);
         }
+    }
+
+    /// Lets the truck roll with a closed clutch where it would have to be braked.
+    fn run_over(&mut self, second: usize, motion: &Motion, gear: usize, overspeed: &Overspeed) {
+        if motion.speed_mps < overspeed.minimum_speed_mps {
+            return;
+        }
+        let speed_radps = self.truck.speed_radps(gear, motion.speed_mps);
+        let per_m = speed_radps / motion.speed_mps;
+        let inertia_kgm2 = self.truck.powertrain.engine_model.inertia_kgm2;
+        let spin_w = inertia_kgm2 * per_m * motion.acceleration_mps2 * speed_radps;
+        // auxiliaries count when it coasts, not for whether it does
+        if self.truck.quick_w(gear, &Motion { auxiliary_w: 0.0, ..*motion }) + spin_w
+            >= self.truck.drag_w(speed_radps)
+        {
+            return;
+        }
+        let start_mps = self.nodes.speed_mps[second];
+        let coasting_mps2 =
+            self.truck.coasting_mps2(gear, start_mps, motion.slope, motion.auxiliary_w);
+        let most_mps = self.nodes.mean_target_mps(second) + overspeed.above_mps;
+        let node_mps = start_mps + coasting_mps2;
+        self.nodes.speed_mps[second + 1] =
+            node_mps.min(most_mps).min(2.0 * most_mps - start_mps).max(0.0);
     }
 
     fn brakes(&self, second: usize) -> bool {
@@ -121,7 +130,11 @@ impl Preparation<'_> {
                 continue;
             }
             let from = self.coasting_start(second);
-            let mut ramp = second;
+            if self.brakes_hard(second) {
+                self.brake_exactly(second);
+            }
+            // the second that one looks back from does not end its ramp
+            let mut ramp = second - 1;
             while self.brakes_hard(ramp) {
                 self.brake_exactly(ramp);
                 if ramp == 0 {
@@ -129,14 +142,13 @@ impl Preparation<'_> {
                 }
                 ramp -= 1;
             }
-            // the second before the one from which one looks back has to be fast enough
-            let asked = ramp.min(second - 1);
+            // the second in which the ramp ends has to be fast enough
             if let Some((from, minimum_mps)) = from
-                && self.nodes.mean_mps(asked) >= minimum_mps
+                && self.nodes.mean_mps(ramp) >= minimum_mps
             {
                 self.coast(from, second);
             }
-            second = second.min(ramp + 1);
+            second = ramp + 1;
         }
     }
 
@@ -166,8 +178,8 @@ impl Preparation<'_> {
         Some((self.window_start(second, deceleration_mps2)?, minimum_speed_mps))
     }
 
-    /// VECTO 2.2's window: as long as a fixed deceleration would take, not before the target's last
-    /// rise, and so short that coasting does not become slower than the ramp's end.
+    /// VECTO 2.2's window: as long as a fixed deceleration would take, not before the second behind
+    /// the target's last rise, and so short that coasting does not become slower than the ramp's end.
     fn window_start(&self, second: usize, deceleration_mps2: f64) -> Option<usize> {
         let end_mps = self.nodes.mean_mps(second);
         let before = (0..second).rev().find(|k| !self.brakes(*k))?;
@@ -179,7 +191,7 @@ impl Preparation<'_> {
                 && self.nodes.mean_target_mps(*k) > self.nodes.mean_target_mps(*k - 1) + HIGHER_MPS
         };
         if let Some(rise) = (start..=second).rev().find(rises) {
-            start = rise;
+            start = second.min(rise + 1);
         }
         while start < second && self.coasts_below(start, second, end_mps) {
             start += 1;
@@ -190,8 +202,7 @@ impl Preparation<'_> {
     /// Whether coasting from a second, in its gear and on its slope, is slower than a speed before
     /// another second.
     fn coasts_below(&self, start: usize, end: usize, speed_mps: f64) -> bool {
-        let motion = self.motion(start);
-        let gear = self.quick_gear(&motion);
+        let (motion, gear) = (self.motion(start), self.gears[start]);
         let mut now_mps = motion.speed_mps;
         for _ in start..end {
             now_mps += self.truck.coasting_mps2(gear, now_mps, motion.slope, motion.auxiliary_w);
@@ -205,17 +216,17 @@ impl Preparation<'_> {
     /// Coasts from a second on, while that is slower than the nodes and does not brake.
     fn coast(&mut self, from: usize, until: usize) {
         for second in from..=until {
-            let motion = self.motion(second);
-            let gear = self.quick_gear(&motion);
+            let (motion, gear) = (self.motion(second), self.gears[second]);
             let start_mps = self.nodes.speed_mps[second];
             let change =
                 self.truck.coasting_mps2(gear, start_mps, motion.slope, motion.auxiliary_w);
-            let mean_mps = start_mps + 0.5 * change;
-            let hard = change < self.driver.acceleration.deceleration_mps2(mean_mps);
-            if mean_mps >= self.nodes.mean_mps(second) || hard {
+            // the table is asked at the speed that the second had before it coasts
+            let planned_mps = self.nodes.mean_mps(second);
+            let hard = change < self.driver.acceleration.deceleration_mps2(planned_mps);
+            if start_mps + 0.5 * change >= planned_mps || hard {
                 break;
             }
-            self.nodes.speed_mps[second + 1] = start_mps + change;
+            self.nodes.speed_mps[second + 1] = (start_mps + change).max(0.0);
         }
     }
 }

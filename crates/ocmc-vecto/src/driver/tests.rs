@@ -160,6 +160,34 @@ fn looking_ahead_coasts_before_the_ramp() {
     assert!(two <= without && three + 3 < without, "{without} {two} {three}");
 }
 
+/// Before a stop far ahead the whole coasting is in the gear that the truck had before it: the nodes
+/// that it has lowered already do not change the gear of the seconds to come.
+#[test]
+fn coasting_to_a_stop_stays_in_the_gear_in_which_the_truck_came() {
+    let (powertrain, body) = (powertrain(), body(30_000.0));
+    let truck = truck::Truck::new(&body, &powertrain);
+    let window = LookAhead::Window { deceleration_mps2: -0.5, minimum_speed_mps: 50.0 * KMPH };
+    for slope in [0.0, 0.005, 0.01] {
+        let road = mission(2000, |s| (if s == 2000 { 0.0 } else { 80.0 }, slope));
+        let prepared = |look_ahead| {
+            let driver = VectoDriver { look_ahead, ..driver() };
+            let mut nodes = road.nodes(&driver.acceleration);
+            coasting::prepare(&mut nodes, &road, &truck, &driver, 4000.0);
+            nodes.speed_mps
+        };
+        let (braked, coasted) = (prepared(None), prepared(Some(window)));
+        let lowered: Vec<usize> =
+            (1..braked.len()).filter(|k| coasted[*k] < braked[*k] - 1e-6).collect();
+        assert!(lowered.len() >= 8, "{slope}: {lowered:?}");
+        for node in lowered {
+            let start_mps = coasted[node - 1];
+            let change = coasted[node] - start_mps;
+            let top_mps2 = truck.coasting_mps2(11, start_mps, sine(slope), 4000.0);
+            assert!((change - top_mps2).abs() < 1e-9, "{slope}, {node}: {change} {top_mps2}");
+        }
+    }
+}
+
 fn deciding_on_the_way() -> VectoDriver {
     let minimum_speed_mps = 50.0 * KMPH;
     VectoDriver {
