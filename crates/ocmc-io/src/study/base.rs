@@ -17,19 +17,27 @@ use std::path::{Path, PathBuf};
 /// Longest chain of studies that derive from one another.
 const MOST_BASES: usize = 8;
 
-/// Resolves the bases of a study that names such files.
-pub(super) fn resolve(mut own: Node, files: &Files, depth: usize) -> Result<Node, Box<Fault>> {
+/// Resolves the bases of a study that names such files. `notes`: what a vehicle of another program
+/// says and is not used.
+pub(super) fn resolve(
+    mut own: Node,
+    files: &Files,
+    depth: usize,
+    notes: &mut Vec<String>,
+) -> Result<Node, Box<Fault>> {
     let study_base = take(&mut own, "study", "base");
     let drop = take(&mut own, "study", "drop");
     let vehicle_base = take(&mut own, "vehicle", "base");
 
     let mut inherited = Node::new(Content::Table(BTreeMap::new()), None);
     if let Some(base) = study_base {
-        let (tree, file) = parse_base(&base, "study.base", STUDY, files, depth)?;
-        inherited = resolve(tree, &files.beside(file.as_deref()), depth + 1)?;
+        let (tree, file) = parse_base(&base, "study.base", STUDY, files, depth, notes)?;
+        inherited = resolve(tree, &files.beside(file.as_deref()), depth + 1, notes)?;
     }
     if let Some(base) = vehicle_base {
-        let (mut vehicle, _) = parse_base(&base, "vehicle.base", VEHICLE, files, depth)?;
+        // a vehicle that is replaced has nothing to say
+        notes.clear();
+        let (mut vehicle, _) = parse_base(&base, "vehicle.base", VEHICLE, files, depth, notes)?;
         vehicle.key_place.clone_from(&base.key_place);
         if let Some(entries) = inherited.entries_mut() {
             entries.insert("vehicle".to_owned(), vehicle);
@@ -52,6 +60,7 @@ fn parse_base(
     kind: Kind,
     files: &Files,
     depth: usize,
+    notes: &mut Vec<String>,
 ) -> Result<(Node, Option<PathBuf>), Box<Fault>> {
     let Some(name) = base.as_str() else {
         let fault = Fault::not_allowed(key, base.shown(), "a name or a file, in quotation marks");
@@ -64,7 +73,7 @@ fn parse_base(
     if kind.is_vehicle()
         && let Some((vehicle, path)) = files.foreign(name)
     {
-        return Ok((foreign(vehicle, base)?, Some(path)));
+        return Ok((foreign(vehicle, base, notes)?, Some(path)));
     }
     let Text { source, file } =
         read(Path::new(name), key, kind, files).map_err(|fault| fault.at(base.any_place()))?;
@@ -74,9 +83,14 @@ fn parse_base(
 }
 
 /// A vehicle of another program; what its file does not say is that of a built-in vehicle.
-fn foreign(vehicle: Result<ForeignVehicle, String>, base: &Node) -> Result<Node, Box<Fault>> {
+fn foreign(
+    vehicle: Result<ForeignVehicle, String>,
+    base: &Node,
+    notes: &mut Vec<String>,
+) -> Result<Node, Box<Fault>> {
     let fault = |error| Fault::new(Cause::File(error)).at(base.any_place());
-    let ForeignVehicle { keys, base } = vehicle.map_err(fault)?;
+    let ForeignVehicle { keys, base, notes: of_vehicle } = vehicle.map_err(fault)?;
+    notes.extend(of_vehicle);
     let beneath = read(Path::new(base), "vehicle.base", VEHICLE, &Files::Refused)?;
     let mut vehicle = Node::parse(&beneath.source)?;
     vehicle.overlay(Node::from_json(&keys)?)?;

@@ -77,6 +77,8 @@ pub struct LoadedStudy {
     own: Node,
     /// Where the files lie that it names.
     files: Files,
+    /// What the file of a vehicle of another program says and is not used.
+    notes: Vec<String>,
 }
 
 impl LoadedStudy {
@@ -85,10 +87,12 @@ impl LoadedStudy {
         &self.files
     }
 
-    /// Warnings of checks: of unusual numbers, and of the files of its routes.
+    /// Warnings of checks: of unusual numbers, of what is not used of another program's vehicle, and
+    /// of the files of its routes.
     pub fn warnings(&self) -> Vec<String> {
         let numbers = study_value::judge(&self.model);
         let mut warnings: Vec<String> = numbers.iter().map(Finding::to_string).collect();
+        warnings.extend(self.notes.iter().cloned());
         for route in &self.model.mission.routes {
             let path = Path::new(&route.file);
             let of_file = || {
@@ -278,16 +282,17 @@ fn finish<S: AsRef<str>>(
     let mut settings = sets.iter().map(|set| setting::parse(set.as_ref()));
     let laid = settings.try_for_each(|set| own.overlay(set?)).map_err(StudyFileError::from);
     let checked = laid.and_then(|()| check(&own, &files));
-    let (model, study) = checked.map_err(|mut error| {
+    let (model, study, notes) = checked.map_err(|mut error| {
         fault::note_inherited(&mut error, Some(&origin.to_string()));
         error
     })?;
-    Ok(LoadedStudy { model, study, origin, own, files })
+    Ok(LoadedStudy { model, study, origin, own, files, notes })
 }
 
-/// The study of a tree, bases resolved.
-fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study), StudyFileError> {
-    let mut tree = base::resolve(own.clone(), files, 0)?;
+/// The study of a tree, bases resolved, and what is not used of another program's vehicle.
+fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study, Vec<String>), StudyFileError> {
+    let mut notes = Vec::new();
+    let mut tree = base::resolve(own.clone(), files, 0, &mut notes)?;
     vehicle_input::expand(&mut tree, files)?;
     let faults = [fault::hidden_letters(&tree), fault::not_finite(&tree)].concat();
     if !faults.is_empty() {
@@ -303,7 +308,7 @@ fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study), StudyFileErro
         let (node, _) = tree.follow(&[&steps[..], &[Step::Index(k)]].concat());
         StudyFileError::from(fault.at(node.any_place()))
     })?;
-    Ok((model, study))
+    Ok((model, study, notes))
 }
 
 /// The fully resolved study as TOML; it loads to the same study.

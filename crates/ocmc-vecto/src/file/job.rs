@@ -20,7 +20,7 @@ pub const VEHICLES: VehicleReader = VehicleReader(|path| {
 /// The truck of a job; what a job does not say is that of a built-in vehicle.
 fn truck(path: &Path) -> Result<ForeignVehicle, VectoError> {
     let job = Job::read(path)?;
-    Ok(ForeignVehicle { keys: job.vehicle_keys()?, base: job.base_vehicle() })
+    Ok(ForeignVehicle { keys: job.vehicle_keys()?, base: job.base_vehicle(), notes: Vec::new() })
 }
 
 /// A `.vecto` file with the files that it names.
