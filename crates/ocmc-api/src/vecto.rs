@@ -26,6 +26,10 @@ impl Answer for VectoAnswer {
         let each: Vec<String> = self.comparisons.iter().map(comparison).collect();
         each.join("\n")
     }
+
+    fn warnings(&self) -> Vec<String> {
+        self.notes.clone()
+    }
 }
 
 fn comparison(compared: &VectoComparison) -> String {

@@ -41,6 +41,9 @@ pub struct VectoRequest {
 pub struct VectoAnswer {
     /// One for each result.
     pub comparisons: Vec<VectoComparison>,
+    /// What the files of a job say and is not used; absent where they say no such thing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 /// One result of VECTO, and what is computed here.
@@ -138,7 +141,8 @@ pub fn vecto(request: &VectoRequest) -> Result<VectoAnswer, ComparisonError> {
     let cases = matching::cases(&request.missions, &request.results, job.as_ref())?;
     let driver = job.as_ref().map_or_else(declared_driver, |job| job.driver().clone());
     let compared = |case: &Case| compare(request, case, &driver);
-    Ok(VectoAnswer { comparisons: cases.iter().map(compared).collect::<Result<_, _>>()? })
+    let comparisons = cases.iter().map(compared).collect::<Result<_, _>>()?;
+    Ok(VectoAnswer { comparisons, notes: job.map_or_else(Vec::new, |job| job.notes().to_vec()) })
 }
 
 fn compare(

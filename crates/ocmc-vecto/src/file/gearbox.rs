@@ -1,7 +1,8 @@
 //! The gearbox and the axle of a job.
 
+use super::driver::opposite_shift_time_s;
 use super::error::VectoError;
-use super::part::{beside, names_file};
+use super::part::{beside, names_file, number};
 use super::result::Columns;
 use super::vehicle::RADPS_PER_RPM;
 use crate::driver::{ShiftLine, ShiftPolygon, VectoDriver};
@@ -34,9 +35,11 @@ pub(super) struct GearboxFile {
     // as VECTO writes it
     #[serde(rename = "EaryShiftUp", alias = "EarlyShiftUp")]
     early_upshift: Option<bool>,
-    #[serde(rename = "DownshiftAfterUpshiftDelay", default)]
-    opposite_shift_time_s: f64,
-    gearbox_type: String,
+    /// VECTO 3's own files have both spellings.
+    #[serde(rename = "DownshiftAfterUpshiftDelay", alias = "DownshiftAferUpshiftDelay")]
+    opposite_shift_time_s: Option<f64>,
+    #[serde(default)]
+    gearbox_type: Value,
 }
 
 /// The gap of an automated gearbox, in s.
@@ -48,9 +51,26 @@ fn one() -> f64 {
 #[serde(rename_all = "PascalCase")]
 struct GearFile {
     ratio: f64,
-    loss_map: LossMap,
+    loss_map: Option<LossMap>,
+    /// In place of a map.
+    efficiency: Option<LossMap>,
     #[serde(default)]
     shift_polygon: String,
+    #[serde(default)]
+    max_torque: Value,
+    #[serde(default)]
+    max_speed: Value,
+}
+
+impl GearFile {
+    /// Its losses: a file, else an efficiency.
+    fn losses(&self) -> Option<&LossMap> {
+        let is_named = |losses: &&LossMap| match losses {
+            LossMap::Efficiency(_) => true,
+            LossMap::File(name) => names_file(name),
+        };
+        self.loss_map.as_ref().filter(is_named).or(self.efficiency.as_ref().filter(is_named))
+    }
 }
 
 /// A file, or an efficiency.
@@ -61,23 +81,57 @@ enum LossMap {
     File(String),
 }
 
+/// Types of gearboxes by the number that stands for them in some files [F: VECTO 3].
+const TYPES: [&str; 4] = ["mt", "amt", "at", "custom"];
+/// Longest gap of a shift, in s.
+const MOST_GAP_S: f64 = 5.0;
+
 impl GearboxFile {
+    /// Its type in small letters, also where a number stands for it.
+    fn kind(&self) -> String {
+        match (&self.gearbox_type, self.gearbox_type.as_u64()) {
+            (Value::String(kind), _) => kind.to_lowercase(),
+            (_, Some(k)) => TYPES.get(k as usize).map_or(k.to_string(), |kind| (*kind).to_owned()),
+            (Value::Null, _) => String::new(),
+            (kind, _) => kind.to_string(),
+        }
+    }
+
     fn is_automated(&self) -> bool {
-        !self.gearbox_type.eq_ignore_ascii_case("mt")
+        self.kind() != "mt"
+    }
+
+    /// What is not used of it.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let is_limit = |limit: &Value| number(limit).is_some_and(|limit| limit > 0.0);
+        if self.gears.iter().any(|gear| is_limit(&gear.max_torque) || is_limit(&gear.max_speed)) {
+            notes.push("`MaxTorque`, `MaxSpeed`: the engine's full load holds in all gears".into());
+        }
+        if self.traction_gap_s > MOST_GAP_S {
+            let gap_s = self.traction_gap_s;
+            notes.push(format!("`TracInt` {gap_s}: a gap has {MOST_GAP_S} s at most"));
+        }
+        notes
     }
 
     pub(super) fn check(&self, path: &Path) -> Result<(), VectoError> {
         let refused = |what, found: String, allowed| {
             Err(VectoError::Unsupported { path: path.to_owned(), what, found, allowed })
         };
-        if !["amt", "mt", ""].contains(&self.gearbox_type.to_lowercase().as_str()) {
-            let found = format!("`{}`", self.gearbox_type);
+        let kind = self.kind();
+        if !["amt", "mt", ""].contains(&kind.as_str()) {
+            let found = format!("`{}`", kind.to_uppercase());
             let allowed = "allowed are `AMT` and `MT`: a torque converter is not computed";
             return refused("`GearboxType`", found, allowed);
         }
         if self.gears.len() < 2 {
             let allowed = "allowed are the axle and at least one gear";
             return refused("the number of `Gears`", self.gears.len().to_string(), allowed);
+        }
+        if self.gears.iter().any(|gear| gear.losses().is_none()) {
+            let allowed = "allowed is a file or an efficiency for the axle and each gear";
+            return refused("`LossMap` or `Efficiency`", "missing".to_owned(), allowed);
         }
         Ok(())
     }
@@ -100,9 +154,11 @@ impl GearboxFile {
             start_speed_mps: self.start_speed,
             start_acceleration_mps2: self.start_acc,
             shift_time_s: self.shift_time,
-            opposite_shift_time_s: self.opposite_shift_time_s,
+            opposite_shift_time_s: self
+                .opposite_shift_time_s
+                .unwrap_or_else(|| opposite_shift_time_s(&driver)),
             // the driver goes by whole seconds
-            gap_s: self.traction_gap_s.round().clamp(0.0, 5.0) as u32,
+            gap_s: self.traction_gap_s.round().clamp(0.0, MOST_GAP_S) as u32,
             skip_gears: self.skip_gears.unwrap_or(true),
             // a driver by hand does not shift up early
             early_upshift: self.early_upshift.unwrap_or_else(|| self.is_automated()),
@@ -117,12 +173,17 @@ impl GearboxFile {
         let of = |direct: bool| {
             let is_direct = |gear: &&GearFile| (gear.ratio - 1.0).abs() < SAME_RATIO;
             let such = gears.iter().filter(|gear| is_direct(gear) == direct);
-            law(such.map(|gear| &gear.loss_map), path, most_nm)
+            law(such.filter_map(GearFile::losses), path, most_nm)
         };
         let (direct, indirect) = (of(true)?, of(false)?);
         let [axle_nm, _, axle_share] =
-            law([&axle.loss_map].into_iter(), path, f64::INFINITY)?.unwrap_or_default();
+            law(axle.losses().into_iter(), path, f64::INFINITY)?.unwrap_or_default();
         let some = indirect.or(direct).unwrap_or_default();
+        let shift = match gears.len() {
+            // what a built-in gearbox says of its lower gears
+            1 => json!({ "launch_gears": 1, "start_gear": 1, "steep_start_gear": 1 }),
+            _ => json!({}),
+        };
         // the constant and the growth belong to all gears, those of the indirect ones mostly
         Ok(json!({
             "ratio": ratio,
@@ -136,6 +197,7 @@ impl GearboxFile {
             "retarder_torque_nm": 0.0,
             "axle_loss_torque_nm": axle_nm,
             "axle_loss_share": axle_share,
+            "shift": shift,
         }))
     }
 }

@@ -4,6 +4,7 @@ use super::error::VectoError;
 use ocmc_io::table::source::read_text;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// What VECTO writes where there is no file.
@@ -11,17 +12,77 @@ const NO_FILE: [&str; 3] = ["", "-", "<NOFILE>"];
 
 /// A JSON file of VECTO: its contents are under `Body`.
 #[derive(Deserialize)]
-struct Document<T> {
+struct Document {
+    #[serde(rename = "Header", default)]
+    header: Value,
     #[serde(rename = "Body")]
-    body: T,
+    body: Value,
 }
 
-/// Reads a part.
+/// A part before its keys are looked at.
+pub(super) struct Part {
+    path: PathBuf,
+    /// Version of the form of the file.
+    pub(super) version: Option<u32>,
+    /// What it says.
+    pub(super) body: Value,
+}
+
+impl Part {
+    /// Reads a part.
+    pub(super) fn read(path: &Path) -> Result<Self, VectoError> {
+        let text = read_text(path)?;
+        if !text.trim_start_matches(['\u{feff}', ' ', '\t', '\r', '\n']).starts_with('{') {
+            let allowed =
+                "allowed are files of VECTO 2 and 3: open the job in one of them and save it";
+            return Err(VectoError::Unsupported {
+                path: path.to_owned(),
+                what: "its form",
+                found: "no JSON, as of VECTO 1".to_owned(),
+                allowed,
+            });
+        }
+        let document: Document =
+            serde_json::from_str(&text).map_err(|error| json_error(path, &error))?;
+        let version = number(&document.header["FileVersion"]);
+        Ok(Self {
+            path: path.to_owned(),
+            version: version.map(|version| version as u32),
+            body: document.body,
+        })
+    }
+
+    /// Its keys.
+    pub(super) fn keys<T: DeserializeOwned>(self) -> Result<T, VectoError> {
+        serde_json::from_value(self.body).map_err(|error| json_error(&self.path, &error))
+    }
+
+    /// What is not computed here.
+    pub(super) fn refused<T>(
+        &self,
+        what: &'static str,
+        found: String,
+        allowed: &'static str,
+    ) -> Result<T, VectoError> {
+        Err(VectoError::Unsupported { path: self.path.clone(), what, found, allowed })
+    }
+}
+
+fn json_error(path: &Path, error: &serde_json::Error) -> VectoError {
+    VectoError::Json(path.to_owned(), error.to_string())
+}
+
+/// Reads the keys of a part.
 pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, VectoError> {
-    let text = read_text(path)?;
-    let document: Document<T> = serde_json::from_str(&text)
-        .map_err(|error| VectoError::Json(path.to_owned(), error.to_string()))?;
-    Ok(document.body)
+    Part::read(path)?.keys()
+}
+
+/// A number, also in quotation marks; none in an empty text.
+pub(super) fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::String(text) => text.trim().parse().ok(),
+        value => value.as_f64(),
+    }
 }
 
 /// Whether a name means a file.

@@ -51,23 +51,37 @@ impl Columns {
 
     /// A column of numbers; `-` and an empty cell are no number.
     pub(super) fn numbers(&self, name: &'static str) -> Result<Vec<f64>, VectoError> {
-        let number = |(k, text): (usize, &str)| {
-            if ["", "-"].contains(&text) {
-                return Ok(f64::NAN);
-            }
-            text.parse().map_err(|_| VectoError::Row {
-                path: self.path.clone(),
-                line: k as u64 + 2,
-                problem: format!("column `{name}`: `{text}` is no number"),
-            })
-        };
-        self.texts(name)?.into_iter().enumerate().map(number).collect()
+        self.texts(name)?.into_iter().enumerate().map(|row| self.number(name, row)).collect()
+    }
+
+    fn number(&self, name: &str, (k, text): (usize, &str)) -> Result<f64, VectoError> {
+        if ["", "-"].contains(&text) {
+            return Ok(f64::NAN);
+        }
+        text.parse().map_err(|_| VectoError::Row {
+            path: self.path.clone(),
+            line: k as u64 + 2,
+            problem: format!("column `{name}`: `{text}` is no number"),
+        })
     }
 
     /// The first of these columns that is there, as numbers.
     pub(super) fn numbers_of(&self, names: &[&'static str]) -> Result<Vec<f64>, VectoError> {
         let there = names.iter().find(|name| self.place(name).is_some());
         self.numbers(there.unwrap_or(&names[0]))
+    }
+
+    /// The same; without one of these names the column at a place, where there is one.
+    pub(super) fn numbers_of_or_at(
+        &self,
+        names: &[&'static str],
+        place: usize,
+    ) -> Result<Vec<f64>, VectoError> {
+        if names.iter().any(|name| self.place(name).is_some()) || self.names.len() <= place {
+            return self.numbers_of(names);
+        }
+        let cells = self.rows.iter().map(|row| row.get(place).map_or("", String::as_str));
+        cells.enumerate().map(|row| self.number(&self.names[place], row)).collect()
     }
 
     /// A column of numbers, or this number where there is no such column.

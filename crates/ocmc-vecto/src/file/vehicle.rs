@@ -1,10 +1,9 @@
-//! The vehicle and the engine of a job.
+//! The vehicle of a job.
 
 use super::error::VectoError;
-use super::part::{beside, names_file};
+use super::part::{Part, beside, names_file};
 use super::result::Columns;
-use ocmc_io::table::formats::ENGINE_CURVES;
-use ocmc_io::table::{Quantity, Source, Table};
+use super::tyre::dynamic_radius_m;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -16,8 +15,8 @@ pub(super) const RADPS_PER_RPM: f64 = std::f64::consts::PI / 30.0;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "PascalCase")]
 pub(super) struct VehicleFile {
-    #[serde(default)]
-    saved_in_decl_mode: bool,
+    /// Older files do not say it.
+    saved_in_decl_mode: Option<bool>,
     veh_cat: String,
     curb_weight: f64,
     #[serde(default)]
@@ -33,13 +32,36 @@ pub(super) struct VehicleFile {
     /// Allowed mass, in t.
     #[serde(default)]
     mass_max: f64,
+    /// In mm; none or 0 in declaration mode, where the tyre says it.
     #[serde(rename = "rdyn")]
-    rdyn: f64,
+    rdyn: Option<f64>,
+    #[serde(default)]
     cd_corr_mode: String,
     #[serde(default)]
     cd_corr_file: String,
     retarder: Retarder,
     axle_config: AxleConfig,
+    #[serde(default)]
+    angledrive: Kind,
+    #[serde(rename = "PTO", default)]
+    pto: Kind,
+    /// Highest torques by gear.
+    #[serde(default)]
+    torque_limits: Value,
+}
+
+/// Something of which only the kind is asked.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(rename_all = "PascalCase")]
+struct Kind {
+    #[serde(rename = "Type", default)]
+    kind: String,
+}
+
+impl Kind {
+    fn is_there(&self) -> bool {
+        !["", "none"].contains(&self.kind.trim().to_lowercase().as_str())
+    }
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -64,6 +86,12 @@ struct AxleConfig {
 #[serde(rename_all = "PascalCase")]
 struct Axle {
     inertia: f64,
+    /// Size of the tyres.
+    #[serde(default)]
+    wheels: String,
+    /// `VehicleDriven` or not, in newer files.
+    #[serde(rename = "Type", default)]
+    kind: String,
     #[serde(rename = "AxleWeightShare")]
     weight_share: f64,
     twin_tyres: bool,
@@ -77,6 +105,8 @@ struct Axle {
 /// of the engineering mode]: three axles of single wide tyres.
 const TRAILER_AXLE: Axle = Axle {
     inertia: 19.2,
+    wheels: String::new(),
+    kind: String::new(),
     weight_share: 0.0,
     twin_tyres: false,
     rrc_iso: 0.005_55,
@@ -99,17 +129,69 @@ const DECLARED_RIGIDS: [(&str, f64, &[f64], f64); 7] = [
     ("6x2", f64::INFINITY, &[0.35, 0.4, 0.25], 2200.0),
     ("6x4", f64::INFINITY, &[0.35, 0.35, 0.3], 2200.0),
 ];
+/// Categories of whole buses, in small letters.
+const BUSES: [&str; 3] = ["citybus", "interurbanbus", "coach"];
 /// Modes of the correction for cross wind.
 const CORRECTIONS: [&str; 4] = ["off", "cdofvdecl", "cdofveng", "cdofv"];
 /// Relative change of the drag area that is none.
 const SAME_DRAG: f64 = 1e-4;
 
+/// Least version of a vehicle's file whose axles have what is asked.
+const LEAST_VERSION: u32 = 3;
+
 impl VehicleFile {
-    pub(super) fn check(&self, path: &Path) -> Result<(), VectoError> {
+    pub(super) fn read(path: &Path) -> Result<Self, VectoError> {
+        let part = Part::read(path)?;
+        if let Some(version) = part.version.filter(|version| *version < LEAST_VERSION) {
+            let allowed = "allowed is 3 and higher: open the job in VECTO 2.2 and save it";
+            return part.refused("`FileVersion`", version.to_string(), allowed);
+        }
+        let vehicle: Self = part.keys()?;
+        vehicle.check(path)?;
+        Ok(vehicle)
+    }
+
+    /// Whether it is one of the declaration mode; where it does not say so: without shares of axles.
+    fn is_declared(&self) -> bool {
+        let shares: f64 = self.axle_config.axles.iter().map(|axle| axle.weight_share).sum();
+        self.saved_in_decl_mode.unwrap_or(shares == 0.0)
+    }
+
+    /// The mode of the correction for cross wind: the declaration mode has one.
+    fn correction(&self) -> String {
+        if self.is_declared() { "cdofvdecl".to_owned() } else { self.cd_corr_mode.to_lowercase() }
+    }
+
+    /// What is not used of it.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let asked = self.cd_corr_mode.to_lowercase();
+        if self.is_declared() && !["", "cdofvdecl"].contains(&asked.as_str()) {
+            notes.push(format!(
+                "`CdCorrMode` `{}`: declaration mode has the cross wind of `CdOfVdecl`",
+                self.cd_corr_mode
+            ));
+        }
+        if self.pto.is_there() {
+            notes.push(format!("`PTO` `{}`: its losses are left out", self.pto.kind));
+        }
+        if self.torque_limits.as_object().is_some_and(|limits| !limits.is_empty()) {
+            notes.push("`TorqueLimits`: the engine's full load holds in all gears".to_owned());
+        }
+        notes
+    }
+
+    fn check(&self, path: &Path) -> Result<(), VectoError> {
         let refused = |what, found, allowed| {
             Err(VectoError::Unsupported { path: path.to_owned(), what, found, allowed })
         };
-        if !CORRECTIONS.contains(&self.cd_corr_mode.to_lowercase().as_str()) {
+        let kind = self.veh_cat.to_lowercase();
+        if kind.contains("bus") && !BUSES.contains(&kind.as_str()) {
+            let allowed = "allowed are `Tractor`, `RigidTruck`, `CityBus`, `InterurbanBus` and `Coach`; \
+                           buses in stages are not computed";
+            return refused("`VehCat`", format!("`{}`", self.veh_cat), allowed);
+        }
+        if !CORRECTIONS.contains(&self.correction().as_str()) {
             let allowed = "allowed are `Off`, `CdOfVdecl` and `CdOfVeng`: give the drag area of still \
                            air";
             return refused("`CdCorrMode`", format!("`{}`", self.cd_corr_mode), allowed);
@@ -119,6 +201,15 @@ impl VehicleFile {
             let allowed = "allowed are shares with a sum of 1, and in declaration mode a tractor or \
                            a rigid truck of 4x2, 6x2 or 6x4";
             return refused("the sum of `AxleWeightShare`", shares.to_string(), allowed);
+        }
+        if self.radius_m().is_none() {
+            let allowed = "allowed is a radius above 0, and in declaration mode a size of tyres \
+                           (`Wheels`) of VECTO's table";
+            return refused("`rdyn`", "missing".to_owned(), allowed);
+        }
+        if self.angledrive.is_there() {
+            let found = format!("`{}`", self.angledrive.kind);
+            return refused("`Angledrive`", found, "allowed is `None`: it is not computed");
         }
         if self.drag_area_m2().is_none() {
             let allowed = "allowed is `CdA`, or `Cd` and `CrossSecArea`; a declared vehicle without \
@@ -134,9 +225,27 @@ impl VehicleFile {
         self.cda.or(product).filter(|cda_m2| *cda_m2 > 0.0)
     }
 
+    /// The dynamic radius of the wheels in m: its own, else that of the driven tyres.
+    fn radius_m(&self) -> Option<f64> {
+        let own = self.rdyn.filter(|radius_mm| *radius_mm > 0.0).map(|mm| mm / 1000.0);
+        own.or_else(|| {
+            let axles = &self.axle_config.axles;
+            let driven =
+                (0..axles.len()).find(|k| self.is_driven(*k)).filter(|_| self.is_declared());
+            dynamic_radius_m(&axles[driven?].wheels)
+        })
+    }
+
+    /// Whether an axle is driven: as it says, else the second.
+    fn is_driven(&self, place: usize) -> bool {
+        let says = |axle: &Axle| axle.kind.eq_ignore_ascii_case("VehicleDriven");
+        let axles = &self.axle_config.axles;
+        if axles.iter().any(says) { axles.get(place).is_some_and(says) } else { place == 1 }
+    }
+
     /// The row of a rigid truck in declaration mode.
     fn declared_rigid(&self) -> Option<&'static (&'static str, f64, &'static [f64], f64)> {
-        let is_rigid = self.saved_in_decl_mode && self.veh_cat.to_lowercase() == "rigidtruck";
+        let is_rigid = self.is_declared() && self.veh_cat.to_lowercase() == "rigidtruck";
         let axles = self.axle_config.axles.len();
         let mut rows = DECLARED_RIGIDS.iter().filter(|_| is_rigid);
         rows.find(|(kind, most_t, shares, _)| {
@@ -145,18 +254,18 @@ impl VehicleFile {
     }
 
     fn is_declared_tractor(&self) -> bool {
-        self.saved_in_decl_mode && self.veh_cat.to_lowercase() == "tractor"
+        self.is_declared() && self.veh_cat.to_lowercase() == "tractor"
     }
 
     pub(super) fn gross_mass_kg(&self) -> Option<f64> {
         let gross_kg = self.curb_weight + self.curb_weight_extra + self.loading;
-        (!self.saved_in_decl_mode).then_some(gross_kg)
+        (!self.is_declared()).then_some(gross_kg)
     }
 
     pub(super) fn base_vehicle(&self) -> &'static str {
         match self.veh_cat.to_lowercase().as_str() {
             "tractor" => "tractor-40t",
-            "citybus" | "interurbanbus" | "coach" => "city-bus-12m",
+            kind if BUSES.contains(&kind) => "city-bus-12m",
             _ => "rigid-12t",
         }
     }
@@ -185,8 +294,7 @@ impl VehicleFile {
             .enumerate()
             .map(|(k, axle)| {
                 json!({
-                    // the second axle of a truck is driven
-                    "load_share": axle.weight_share / sum, "driven": k == 1,
+                    "load_share": axle.weight_share / sum, "driven": self.is_driven(k),
                     "iso_rolling_coefficient": axle.rrc_iso, "iso_load_n": axle.fz_iso,
                     "tyres": axle.tyres(),
                 })
@@ -197,11 +305,11 @@ impl VehicleFile {
             None if self.is_declared_tractor() => TRAILER_KG,
             None => 0.0,
         };
-        let coefficients = match self.cd_corr_mode.to_lowercase().as_str() {
+        let coefficients = match self.correction().as_str() {
             "cdofvdecl" => self.cross_wind(),
             _ => [0.0; 3],
         };
-        let (at_rest, by_speed) = match self.cd_corr_mode.to_lowercase().as_str() {
+        let (at_rest, by_speed) = match self.correction().as_str() {
             "cdofveng" | "cdofv" => drag_by_speed(&beside(path, &self.cd_corr_file)?)?,
             _ => (1.0, Value::Null),
         };
@@ -212,7 +320,7 @@ impl VehicleFile {
             "axles": rows,
             "rolling_factor": 1.0,
             "rolling_load_exponent": 0.9,
-            "wheel_radius_m": self.rdyn / 1000.0,
+            "wheel_radius_m": self.radius_m(),
             "wheel_inertia_kgm2": inertia,
         });
         if !by_speed.is_null() {
@@ -226,14 +334,17 @@ impl VehicleFile {
     fn cross_wind(&self) -> [f64; 3] {
         match self.veh_cat.to_lowercase().as_str() {
             "tractor" => [0.034_767, 0.039_367, -0.001_897],
-            "citybus" | "interurbanbus" | "coach" => [-0.000_794, 0.021_09, -0.001_09],
+            kind if BUSES.contains(&kind) => [-0.000_794, 0.021_09, -0.001_09],
             _ => [0.013_526, 0.017_746, -0.000_666],
         }
     }
 
     /// The file of the retarder's losses, and its ratio to the shaft; none without one.
     pub(super) fn retarder(&self, path: &Path) -> Result<Option<(PathBuf, f64)>, VectoError> {
-        let there = self.retarder.kind.to_lowercase() != "none" && names_file(&self.retarder.file);
+        let kind = self.retarder.kind.to_lowercase();
+        // losses that are included in those of the gearbox are not counted twice
+        let apart = kind != "none" && !kind.contains("included");
+        let there = apart && names_file(&self.retarder.file);
         there.then(|| Ok((beside(path, &self.retarder.file)?, self.retarder.ratio))).transpose()
     }
 }
@@ -242,8 +353,10 @@ impl VehicleFile {
 /// (`.vcdv`): a parabola from where it begins to change, by least squares.
 fn drag_by_speed(path: &Path) -> Result<(f64, Value), VectoError> {
     let columns = Columns::read(path)?;
-    let speed_mps: Vec<f64> = columns.numbers("v_veh")?.iter().map(|kmh| kmh / 3.6).collect();
-    let factor = columns.numbers_of(&["Cd", "Cd factor"])?;
+    let speed_kmh = columns.numbers_of_or_at(&["v_veh"], 0)?;
+    let speed_mps: Vec<f64> = speed_kmh.iter().map(|kmh| kmh / 3.6).collect();
+    // VECTO 2.2 takes the columns by their places
+    let factor = columns.numbers_of_or_at(&["Cd", "Cd factor"], 1)?;
     let at_rest = factor.first().copied().unwrap_or(1.0);
     let same = |factor: &&f64| (**factor / at_rest - 1.0).abs() < SAME_DRAG;
     let from_mps = speed_mps[factor.iter().take_while(same).count().saturating_sub(1)];
@@ -277,36 +390,5 @@ fn drag_by_speed(path: &Path) -> Result<(f64, Value), VectoError> {
 impl Axle {
     fn tyres(&self) -> f64 {
         if self.twin_tyres { 4.0 } else { 2.0 }
-    }
-}
-
-/// A `.veng` file.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "PascalCase")]
-pub(super) struct EngineFile {
-    idling_speed: f64,
-    inertia: f64,
-    full_load_curve: String,
-    fuel_map: String,
-}
-
-impl EngineFile {
-    /// The highest torque of its full-load curve, in Nm.
-    pub(super) fn peak_torque_nm(&self, path: &Path) -> Result<f64, VectoError> {
-        let file = beside(path, &self.full_load_curve)?;
-        let curve = Table::open(Source::File(&file), &ENGINE_CURVES, &[])?;
-        let [torque_nm] = curve.numbers([Quantity::FullLoadTorque])?;
-        Ok(torque_nm.into_iter().fold(0.0, f64::max))
-    }
-
-    pub(super) fn keys(&self, path: &Path) -> Result<Value, VectoError> {
-        let file = |name: &str| Ok::<_, VectoError>(beside(path, name)?.display().to_string());
-        Ok(json!({
-            "inertia_kgm2": self.inertia,
-            "idle_speed_radps": self.idling_speed * RADPS_PER_RPM,
-            "full_load_file": file(&self.full_load_curve)?,
-            "map_file": file(&self.fuel_map)?,
-            "fuel_factor": 1.0,
-        }))
     }
 }
