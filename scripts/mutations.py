@@ -262,7 +262,7 @@ PLANNING = [
     ),
     Mutation(
         "the clock goes by the sign alone",
-        "let speed_mps = {{sign.speed_mps.min(model.truck_limit_mps.unwrap_or(f64::INFINITY))}};",
+        "let speed_mps = {{sign.speed_mps.min(legal_mps)}};",
         "sign.speed_mps",
         "it free_flow_clock:: tactical::",
     ),
@@ -304,8 +304,8 @@ PLANNING = [
     ),
     Mutation(
         "compliance with the sign holds for the truck's limit not",
-        "({{self.compliance * sign_mps.min(truck_limit_mps)}}).min(self.maximum_speed_mps)",
-        "(self.compliance * sign_mps).min(truck_limit_mps)",
+        "({{self.compliance * sign_mps.min(legal_mps)}}).min(self.maximum_speed_mps)",
+        "(self.compliance * sign_mps).min(legal_mps)",
         "core speed_limit::tests; it tactical::",
     ),
     Mutation(

@@ -123,7 +123,7 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
     (state.motion.up_left, state.motion.down_left) = (all(f64::INFINITY), all(f64::INFINITY));
     state.motion.ceiling = all(UNBOUNDED);
     state.constants.least_ceiling = all(UNBOUNDED);
-    state.constants.peak_acceleration = all(UNBOUNDED);
+    state.constants.peak_ratio = all(UNBOUNDED);
     let steps = (duration_s / shared.short_step_s).round() as usize;
     for _ in 0..steps {
         state.motion.longest = all(shared.short_step_s);

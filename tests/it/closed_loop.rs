@@ -1,7 +1,7 @@
 //! The closed-loop rules by their names in the guide (`docs/src/theory/closed-loop-rules.md`): each
 //! test fails without its rule. Others stand with their parts.
 
-use crate::common::{GivenRoad, column, mean_and_error, run, study, typical};
+use crate::common::{GivenRoad, column, mean_and_error, run, study, typical, unassisted};
 use ocmc_core::driver::speed_change::Rise;
 use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
@@ -44,7 +44,12 @@ fn launch_ramp_the_desired_speed_rises_with_the_drivers_acceleration_and_the_tru
         ]);
         let road = GivenRoad { payload_kg: 0.0, ..GivenRoad::flat(2000.0, 80.0 / 3.6) };
         let road = road.stop(1000.0, 5.0);
-        let trace = trace_scenario(&study, road.scenario(&study));
+        let scenario = road.scenario(&study);
+        // the typical driver has the typical factor on the rated power
+        let factor = study.model().driver.speed_change.acceleration_power_factor.unwrap();
+        let power_w = factor * study.vehicle().rated_power_w;
+        let scenario_mass_kg = scenario.vehicle.mass_kg;
+        let trace = trace_scenario(&study, scenario);
         let [time, step, desired, speed, rate] =
             ["time_s", "step_s", "desired_speed_mps", "speed_mps", "acceleration_mps2"]
                 .map(|name| column(&trace, name));
@@ -55,13 +60,16 @@ fn launch_ramp_the_desired_speed_rises_with_the_drivers_acceleration_and_the_tru
             if since_s > 15.0 {
                 break;
             }
-            let wanted = acceleration * since_s;
+            // g = 1/a grows along the rise as g² = g₀² + 2 t dg/dv
+            let (rest, grows) = (1.0 / acceleration, scenario_mass_kg / power_w);
+            let wanted = ((rest * rest + 2.0 * grows * since_s).sqrt() - rest) / grows;
             assert!((desired[k] - wanted).abs() < 1e-6, "{since_s} s: {} {wanted}", desired[k]);
-            assert!(rate[k] < 1.3 * acceleration, "{since_s} s: {}", rate[k]);
+            // what a shift loses is made up with half as much again at most, but for the lag
+            assert!(rate[k] < 1.85 * acceleration, "{since_s} s: {}", rate[k]);
         }
         let later = time.iter().position(|t| *t > time[restart] + 12.0).unwrap();
-        // the gaps of its shifts are missing
-        assert!(speed[later] > 0.45 * desired[later], "{} {}", speed[later], desired[later]);
+        // the gaps of its shifts are made up
+        assert!(speed[later] > 0.8 * desired[later], "{} {}", speed[later], desired[later]);
     }
 }
 
@@ -85,7 +93,8 @@ fn launch_ramp_a_truck_is_never_pushed_much_harder_than_its_driver_wants() {
             let starts = rate.iter().zip(speed).filter(|(_, speed)| **speed < 3.4);
             let most = starts.fold(0.0_f64, |most, (rate, _)| most.max(*rate));
             let ratio = most / acceleration;
-            assert!((1.0..1.3).contains(&ratio), "{slopes:?} {acceleration}: {ratio}");
+            // half as much again as the driver's, and he lifts his foot at 1.2 of that
+            assert!((1.0..1.81).contains(&ratio), "{slopes:?} {acceleration}: {ratio}");
         }
     }
 }
@@ -93,7 +102,7 @@ fn launch_ramp_a_truck_is_never_pushed_much_harder_than_its_driver_wants() {
 #[test]
 fn grip_traction_is_what_the_driven_axles_hold() {
     // full pedal in first gear on snow, empty and full: 0.4 of the weight on the driven axle
-    for (payload_kg, share) in [(0.0, 0.29), (24_300.0, 0.25)] {
+    for (payload_kg, share) in [(0.0, 0.29), (24_750.0, 0.25)] {
         let study = typical(&["driver.speed_change.peak_acceleration_ratio=100"]);
         let road = GivenRoad { payload_kg, ..GivenRoad::flat(500.0, 50.0 / 3.6).slope(0.051) };
         let mut scenario = road.scenario(&study);
@@ -154,10 +163,10 @@ fn overspeed_band_no_pedal_or_gear_chatter_on_a_smooth_descent() {
 
 #[test]
 fn overspeed_band_saves_the_brakes_on_gentle_descents() {
-    let with = typical(&[]);
-    let without = typical(&["driver.pedals.overspeed_band_mps=0"]);
+    let with = unassisted(&[]);
+    let without = unassisted(&["driver.pedals.overspeed_band_mps=0"]);
     // a descent on which a coasting truck settles between 80 and 85 km/h
-    let road = GivenRoad::flat(10_000.0, 80.0 / 3.6).slope(-0.0149);
+    let road = GivenRoad::flat(10_000.0, 80.0 / 3.6).slope(-0.01365);
     let braked = |study: &ocmc_core::study::Study| {
         let trace = trace_scenario(study, road.scenario(study));
         let position = column(&trace, "position_m");
@@ -302,7 +311,7 @@ fn torque_during_a_shift_the_engine_drives_the_auxiliaries_only() {
         let shifts_at =
             |k: &usize| gear[*k] > gear[*k - 1] && driven[*k] > 0.0 && driven[*k - 1] > 0.0;
         for k in (1..gear.len()).filter(shifts_at) {
-            let (mut left_s, mut row) = (1.0, k);
+            let (mut left_s, mut row) = (study.vehicle().shift.duration_s, k);
             while left_s > 1e-9 && row < gear.len() && gear[row] == gear[k] {
                 let (work, taken) = (crankshaft[row], auxiliary[row]);
                 assert!((work - taken).abs() <= 1e-9 * taken, "{work} {taken}");

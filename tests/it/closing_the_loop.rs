@@ -31,6 +31,15 @@ drop = ["road.types.urban", "road.types.motorway", "road.types.rural.next", "tra
 [mission]
 length_m = LENGTH_M
 payload_kg = 0.0
+[driver.look_ahead]
+eco_roll = false
+predictive_cruise = false
+# who brakes and accelerates gently drives what he wants in nearly all of a bend
+[driver.speed_change]
+deceleration_mps2 = { distribution = "log_normal", median = 0.6, log_sd = 0.25 }
+acceleration_mps2 = { distribution = "log_normal", median = 0.5, log_sd = 0.25 }
+acceleration_power_factor = 100.0
+peak_acceleration_ratio = 1.05
 [road.types.rural]
 next = {}
 [road.types.rural.curves]

@@ -16,12 +16,11 @@ fn index_at(x_m: f64, starts: impl Iterator<Item = f64>) -> usize {
 /// Free-flow time from departure to a place, waits at the stops before it included, in s.
 fn passing_time_s(x_m: f64, study: &Study, scenario: &Scenario) -> f64 {
     let road = &scenario.cycle.road;
-    let types = study.operating_cycle().road().types();
     let ends = road.signs.iter().skip(1).map(|sign| sign.start_m).chain([road.length_m]);
     let driven = road.signs.iter().zip(ends).map(|(sign, end_m)| {
         let section = index_at(sign.start_m, road.sections.iter().map(|s| s.start_m));
-        let truck_limit = types[road.sections[section].road_type].truck_limit_mps;
-        let speed_mps = sign.speed_mps.min(truck_limit.unwrap_or(f64::INFINITY));
+        let types = study.operating_cycle().road();
+        let speed_mps = sign.speed_mps.min(types.legal_mps(road.sections[section].road_type));
         (end_m.min(x_m) - sign.start_m).max(0.0) / speed_mps
     });
     let passed = road.events.iter().filter(|event| event.position_m <= x_m);

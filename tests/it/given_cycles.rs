@@ -186,7 +186,7 @@ fn every_built_in_vehicle_drives_the_default_roads() {
     for vehicle in studies::builtin::VEHICLES {
         let text = format!(
             "[study]\nname = \"v\"\ndescription = \"d\"\nbase = \"field-truck\"\n\
-             [mission]\npayload_kg = 3000.0\n[vehicle]\nbase = \"{}\"\n",
+             [mission]\npayload_kg = 1000.0\n[vehicle]\nbase = \"{}\"\n",
             vehicle.name
         );
         let loaded = studies::load_text("v.toml", &text, &[] as &[&str]).unwrap();

@@ -1,6 +1,6 @@
 //! Looking ahead: each switch saves, does what it says where it says it, and nothing is lost.
 
-use crate::common::{GivenRoad, balance, column, diesel, run, study, typical};
+use crate::common::{GivenRoad, balance, column, diesel, run, study, unassisted};
 use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::kernel::drive::trace::{Trace, trace_scenario};
@@ -15,7 +15,7 @@ fn setting(switch: &str) -> String {
 
 /// The typical truck with one switch on.
 fn with(switch: &str) -> Study {
-    typical(&[&setting(switch)])
+    unassisted(&[&setting(switch)])
 }
 
 fn fuel_kg(study: &Study, road: &GivenRoad) -> f64 {
@@ -31,9 +31,13 @@ fn traced(study: &Study, road: &GivenRoad) -> Trace {
 #[test]
 fn each_switch_saves_on_the_default_fleet_and_energies_balance() {
     let cycles = 60;
-    let without = run(&study("field-truck", &[]), cycles);
+    let off = SWITCHES.map(|switch| format!("driver.look_ahead.{switch}=false"));
+    let off: Vec<&str> = off.iter().map(String::as_str).collect();
+    let without = run(&study("field-truck", &off), cycles);
     for switch in SWITCHES {
-        let with: Vec<Record> = run(&study("field-truck", &[&setting(switch)]), cycles);
+        let on = setting(switch);
+        let sets = [&off[..], &[on.as_str()]].concat();
+        let with: Vec<Record> = run(&study("field-truck", &sets), cycles);
         let differences: Vec<f64> = with
             .iter()
             .zip(&without)
@@ -67,7 +71,7 @@ fn a_truck_coasts_to_a_stop() {
         let rows = (0..position.len()).filter(before);
         rows.filter(|&k| accelerator[k] == 0.0 && brake[k] == 0.0).map(|k| way[k]).sum::<f64>()
     };
-    let (without, with) = (typical(&[]), with("coasting"));
+    let (without, with) = (unassisted(&[]), with("coasting"));
     let (less_m, more_m) = (coasted_m(&without), coasted_m(&with));
     assert!(more_m > less_m + 200.0, "{less_m} {more_m}");
     assert!(fuel_kg(&with, &road) < fuel_kg(&without, &road));
@@ -82,7 +86,7 @@ fn the_clutch_opens_only_where_gravity_keeps_the_speed() {
         let slopes = [vec![0.0; 80], vec![slope; 120], vec![0.0; 1]].concat();
         GivenRoad { slopes, ..GivenRoad::flat(7000.0, 22.0) }
     };
-    let (without, with) = (typical(&[]), with("eco_roll"));
+    let (without, with) = (unassisted(&[]), with("eco_roll"));
     for (slope, opens) in [(0.0, false), (-0.006, false), (-0.0125, true)] {
         let trace = traced(&with, &road(slope));
         let [position, closed, accelerator, engine, speed] =
@@ -107,7 +111,7 @@ fn a_crest_is_passed_so_slowly_that_the_descent_gives_the_speed_back() {
         let slopes = [vec![0.0; 120], vec![slope; 48], vec![0.0; 1]].concat();
         GivenRoad { slopes, ..GivenRoad::flat(7000.0, 22.0) }
     };
-    let (without, with) = (typical(&[]), with("predictive_cruise"));
+    let (without, with) = (unassisted(&[]), with("predictive_cruise"));
     let at_crest = |study: &Study, slope: f64| {
         let trace = traced(study, &road(slope));
         let [position, speed] = ["position_m", "speed_mps"].map(|n| column(&trace, n));
@@ -126,7 +130,7 @@ fn a_crest_is_passed_so_slowly_that_the_descent_gives_the_speed_back() {
 #[test]
 fn an_engine_that_stops_saves_what_idling_costs_less_what_it_gives_back() {
     let road = GivenRoad::flat(4000.0, 22.0).stop(2000.0, 60.0);
-    let (without, with) = (typical(&[]), with("engine_stop"));
+    let (without, with) = (unassisted(&[]), with("engine_stop"));
     let model = &without.model().driver.look_ahead;
     let stopped_s = 60.0 - model.engine_stop_delay_s;
     let engine = &diesel(&without).engine;

@@ -4,7 +4,7 @@ use crate::common::{run, study};
 use ocmc_core::energy::Carrier;
 
 #[test]
-fn the_default_steps_are_within_0_05_percent_of_steps_of_a_few_milliseconds() {
+fn the_default_steps_are_near_steps_of_a_few_milliseconds() {
     // steps of 5 ms instead of 1 ms, so that it takes seconds: steps of 200 ms have a bias of 0.007
     // %
     let cycles = 32;
@@ -16,5 +16,7 @@ fn the_default_steps_are_within_0_05_percent_of_steps_of_a_few_milliseconds() {
     };
     let (wheel, fuel) =
         (bias(|r| r.wheel_energy_j), bias(|r| r.amount(Carrier::LiquidFuel).unwrap()));
-    assert!(wheel <= 5e-4 && fuel <= 5e-4, "{wheel} {fuel}");
+    // fuel: since drivers follow rises with feed-forward some shifts come a step later
+    // (docs/src/theory/simulation.md)
+    assert!(wheel <= 5e-4 && fuel <= 8e-4, "{wheel} {fuel}");
 }

@@ -67,7 +67,7 @@ fn what_is_no_job_says_so() {
     let names = "\"VehicleFile\": \"no.vveh\", \"EngineFile\": \"b\", \"GearboxFile\": \"c\"";
     let text = said(&format!("{{\"Body\": {{{names}, {lac}}}}}"));
     assert!(text.contains("no.vveh"), "{text}");
-    let output = vecto(&["tractor-40t"]);
+    let output = vecto(&["tractor-40t-vecto"]);
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(text.contains("--result"), "{text}");
 }
@@ -81,7 +81,8 @@ fn a_mission_without_a_row_in_the_sums_is_named_with_those_that_have_one() {
                 1-1,Long Haul.vdri,15729,19300,4600,100.2,22960,80,90,5,6,10,1,200\n";
     std::fs::write(path("found.vsum"), sums).unwrap();
     std::fs::write(path("LongHall.vdri"), "<s>,<v>,<grad>,<stop>\n0,80,0,0\n").unwrap();
-    let output = vecto(&["tractor-40t", &path("LongHall.vdri"), "--result", &path("found.vsum")]);
+    let output =
+        vecto(&["tractor-40t-vecto", &path("LongHall.vdri"), "--result", &path("found.vsum")]);
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(text.contains("LongHall.vdri") && text.contains("it has `Long Haul.vdri`"), "{text}");
 }
@@ -156,8 +157,13 @@ fn the_default_truck_takes_what_vecto_3_says() {
     let missions = ["class5_tractor/LongHaul.vdri.gz", "cycles/RegionalDelivery.vdri"]
         .map(|name| shared(&format!("vecto/{name}")).unwrap());
     let [long_haul, regional] = &missions;
-    let answer =
-        answer(&["tractor-40t", text_of(long_haul), text_of(regional), "--result", text_of(&sums)]);
+    let answer = answer(&[
+        "tractor-40t-vecto",
+        text_of(long_haul),
+        text_of(regional),
+        "--result",
+        text_of(&sums),
+    ]);
     let comparisons = answer["comparisons"].as_array().unwrap();
     assert_eq!(comparisons.len(), 3);
     for compared in comparisons {

@@ -94,7 +94,8 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
         let used = |r: &Record| r.drawn_kwh_per_km().filter(|_| r.distance_m > SHORT_M);
         let least = records.iter().filter_map(used).fold(f64::INFINITY, f64::min).max(0.01);
         let simulation = &study.model.simulation;
-        let speed_mps = study.model.driver.speed_limit.maximum_speed_mps;
+        let speed_mps =
+            study.model.driver.speed_limit.highest_mps(study.model.vehicle.limiter_speed_mps);
         let most_m = LONGEST_M.min(0.5 * simulation.longest_duration_s * speed_mps);
         let length_m = (LONGER * usable_j / 3.6e6 / least).ceil() * 1000.0;
         let length_m = if least.is_finite() { length_m.min(most_m) } else { most_m };

@@ -16,7 +16,7 @@
 //! continuous but at events and never above the limiter, and the paper's rise jumps.
 
 use crate::crest::crest_speeds;
-use crate::driver::speed_change::Rise;
+use crate::driver::speed_change::{AccelerationLaw, Rise};
 use crate::lanes::UNBOUNDED;
 use crate::operating_cycle::road::point_event::Passage;
 use crate::operating_cycle::segments::{Segment, lower};
@@ -29,8 +29,8 @@ pub struct SpeedBranch {
     pub limit: f64,
     /// Braking branch at the segment's end; grows by 2 a_dec for each m before it.
     pub backward_end: f64,
-    /// Accelerating branch at the segment's start; grows by 2 a_acc for each m behind it, and is at
-    /// least launch².
+    /// Accelerating branch at the segment's start; grows with the driver's acceleration behind it,
+    /// and is at least launch².
     pub forward_start: f64,
     /// Whether the static limit is that of a sign or of the truck, not of a curve or of traffic.
     pub by_sign: bool,
@@ -48,7 +48,8 @@ impl SpeedBranch {
     };
 }
 
-/// Desired speed squared along the road: piecewise linear in position, stops included.
+/// Desired speed squared along the road: a limit, linear in position on a braking branch, by the
+/// driver's law on an accelerating one; stops included.
 #[derive(Clone, Debug, Default)]
 pub struct SpeedProfile {
     /// The stretches on which everything is constant.
@@ -59,8 +60,8 @@ pub struct SpeedProfile {
     pub branches: Vec<SpeedBranch>,
     /// Twice the deceleration, in m/s².
     pub twice_deceleration: f64,
-    /// Twice the acceleration, in m/s².
-    pub twice_acceleration: f64,
+    /// The driver's acceleration in the truck as it departs.
+    pub acceleration: AccelerationLaw,
     /// Square of the launch speed, in m²/s².
     pub launch: f64,
 }
@@ -71,8 +72,13 @@ impl SpeedProfile {
         let branch = &self.branches[i];
         let ahead_m = self.segments[i].length_m - behind_m;
         let backward = branch.backward_end + self.twice_deceleration * ahead_m;
-        let forward = (branch.forward_start + self.twice_acceleration * behind_m).max(self.launch);
-        branch.limit.min(backward).min(forward).sqrt()
+        let level = branch.limit.min(backward);
+        // `rise = "paper"`: there is none
+        if branch.forward_start == f64::INFINITY {
+            return level.sqrt();
+        }
+        let forward = self.acceleration.squared_after(branch.forward_start, behind_m);
+        level.min(forward.max(self.launch)).sqrt()
     }
 }
 
@@ -112,7 +118,8 @@ pub(crate) fn plan_braking(
     scenario.cycle.segments_cut(offset_m, cuts_m, segments, runs);
     let change = &scenario.driver.speed_change;
     profile.twice_deceleration = 2.0 * change.deceleration_mps2;
-    profile.twice_acceleration = 2.0 * change.acceleration_mps2;
+    let rated_power_w = study.vehicle().rated_power_w;
+    profile.acceleration = change.acceleration(rated_power_w, scenario.vehicle.mass_kg);
     profile.launch = change.launch_speed_mps * change.launch_speed_mps;
     let look_ahead = &study.model().driver.look_ahead;
     let crests = if look_ahead.predictive_cruise {
@@ -186,14 +193,14 @@ impl<'a> StaticLimits<'a> {
         let (cycle, model) = (&self.scenario.cycle, self.study.operating_cycle());
         let sign_mps = cycle.road.signs[sign as usize].speed_mps;
         let road_type = cycle.road.sections[section as usize].road_type;
-        let truck_limit = model.road().types()[road_type].truck_limit_mps.unwrap_or(f64::INFINITY);
+        let legal_mps = model.road().legal_mps(road_type);
         let density = cycle.traffic[traffic as usize].density_per_m;
         let flow = if density > 0.0 {
             model.traffic().speed_mps(density, sign_mps)
         } else {
             f64::INFINITY
         };
-        (self.scenario.driver.speed_limit.sign_speed_mps(sign_mps, truck_limit), flow)
+        (self.scenario.driver.speed_limit.sign_speed_mps(sign_mps, legal_mps), flow)
     }
 
     fn speed_of_curve(&self, k: usize) -> f64 {
@@ -289,13 +296,19 @@ fn sweep_ramp(
 /// From the start, where the truck stands, to the end. What a place allows is in the braking branch
 /// that ends there.
 fn forward_sweep(profile: &mut SpeedProfile) {
-    let slope = profile.twice_acceleration;
+    let acceleration = profile.acceleration;
     let mut node = 0.0;
     for (segment, branch) in profile.segments.iter().zip(&mut profile.branches) {
         branch.forward_start = node;
         // what is really reached: no branch may lie above the others at the node. The launch speed
         // is a floor under the whole branch wherever it is read; a floor at the nodes, too, would
         // make the ramp depend on where nodes lie.
-        node = lower(node + slope * segment.length_m, lower(branch.backward_end, branch.limit));
+        let level = lower(branch.backward_end, branch.limit);
+        // a branch that has come to the limit stays there
+        node = if node < level {
+            lower(acceleration.squared_after(node, segment.length_m), level)
+        } else {
+            level
+        };
     }
 }

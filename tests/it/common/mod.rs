@@ -114,6 +114,14 @@ pub(crate) fn typical(sets: &[&str]) -> Study {
     study("field-truck", &all)
 }
 
+/// As [`typical`], in a truck that does not look ahead.
+pub(crate) fn unassisted(sets: &[&str]) -> Study {
+    let mut all =
+        vec!["driver.look_ahead.eco_roll=false", "driver.look_ahead.predictive_cruise=false"];
+    all.extend_from_slice(sets);
+    typical(&all)
+}
+
 /// Engine and gearbox of a study that has them.
 pub(crate) fn diesel(study: &Study) -> &CombustionPowertrain {
     match &study.vehicle().powertrain {

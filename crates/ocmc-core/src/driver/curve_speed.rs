@@ -1,7 +1,7 @@
 //! How fast a driver takes a curve: the law that the paper fits.
 //!
 //! ln v = ln v₀ + δ (ln R − ln R₀) + α_driver + β_direction + e, e ~ N(0, σ_e²), one residual a
-//! curve.
+//! curve. A driver has a level α and an exponent δ of his own, which are normal together.
 //!
 //! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand, with R₀ = 250 m. Field data: δ
 //! = 0.460, v₀ = 54.5 km/h, SD(α) = 5.6 %, β = ±0.2 % (left faster), σ_e = 17.7 %; simulator: 0.23,
@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CurveSpeedForm {
-    /// One exponent for all, ln v₀ normal around the pooled fit.
+    /// ln v₀ and the exponent normal around the pooled fit.
     Pooled,
     /// The same law with numbers that give a measured table back when the study is driven (`ocmc
     /// calibrate curve-speed`): what drivers want where nothing else slows them.
@@ -69,6 +69,14 @@ pub struct CurveSpeedModel {
     /// Standard deviation of the driver effect α.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub driver_sd: f64,
+    /// Standard deviation of the drivers' exponents; one exponent for all where it is left out.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 0.5))]
+    pub exponent_sd: f64,
+    /// Correlation of a driver's effect and exponent.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = -1.0, max = 1.0))]
+    pub driver_correlation: f64,
     /// Direction effect β: + for left, − for right.
     #[schemars(range(min = -0.5, max = 0.5))]
     pub direction_effect: f64,
@@ -108,7 +116,7 @@ pub struct CurveSpeedTable {
     pub reference_speed_mps: Vec<f64>,
 }
 
-/// Whether errors do not go together: what a study does not say.
+/// Whether a number is zero: what a study does not say.
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde lends the value")]
 fn is_zero(number: &f64) -> bool {
     *number == 0.0
@@ -190,7 +198,9 @@ impl CurveSpeedModel {
                         * (r * x + libm::sqrt(1.0 - r * r) * y);
                 }
                 if spread {
-                    log_speed += self.driver_sd * draws.normal();
+                    let level = draws.normal();
+                    log_speed += self.driver_sd * level;
+                    exponent += self.exponent_of_driver(level, &mut draws);
                 }
                 (exponent, log_speed)
             }
@@ -206,6 +216,18 @@ impl CurveSpeedModel {
             guard_radius_m: self.guard_radius_m,
             guard_lateral_mps2: self.guard_lateral_mps2,
         }
+    }
+}
+
+impl CurveSpeedModel {
+    /// How far the exponent of a driver lies from the typical one. `level`: his effect, over its SD.
+    fn exponent_of_driver(&self, level: f64, draws: &mut Draws) -> f64 {
+        if self.exponent_sd == 0.0 {
+            return 0.0;
+        }
+        let together = self.driver_correlation;
+        let alone = libm::sqrt(1.0 - together * together);
+        self.exponent_sd * (together * level + alone * draws.normal())
     }
 }
 
@@ -310,6 +332,8 @@ mod tests {
             reference_speed_log_standard_error: 0.0112,
             error_correlation: 0.0,
             driver_sd: 0.056,
+            exponent_sd: 0.0,
+            driver_correlation: 0.0,
             direction_effect: 0.002,
             residual_sd: 0.177,
             maximum_radius_m: 500.0,
@@ -392,6 +416,50 @@ mod tests {
                 assert!((v.sqrt() - sd).abs() < 4.0 * error, "{form:?} {} {sd}", v.sqrt());
             }
         }
+    }
+
+    #[test]
+    fn exponents_of_drivers_have_their_law() {
+        let mut model = field();
+        (model.exponent_sd, model.driver_correlation) = (0.022, 0.12);
+        let n = 20_000;
+        let drivers = (0..n).map(|cycle_id| model.sample(&Streams::new(4, cycle_id), true));
+        let pairs: Vec<_> = drivers.map(|d| (d.exponent, d.driver_effect)).collect();
+        let fit = Bivariate::fit(&pairs);
+        let sd = [fit.covariance[(0, 0)].sqrt(), fit.covariance[(1, 1)].sqrt()];
+        let root = f64::from(n as u32).sqrt();
+        assert!((fit.mean[0] - model.exponent).abs() < 4.0 * model.exponent_sd / root);
+        assert!((sd[0] / model.exponent_sd - 1.0).abs() < 4.0 / (1.4 * root), "{sd:?}");
+        assert!((sd[1] / model.driver_sd - 1.0).abs() < 4.0 / (1.4 * root), "{sd:?}");
+        let correlation = fit.covariance[(0, 1)] / (sd[0] * sd[1]);
+        assert!((correlation - model.driver_correlation).abs() < 4.0 / root, "{correlation}");
+        // the pooled law of one exponent draws the same levels
+        let pooled = field();
+        let level = |model: &CurveSpeedModel| model.sample(&Streams::new(4, 7), true).driver_effect;
+        assert!(level(&model) == level(&pooled));
+    }
+
+    #[test]
+    fn the_defaults_law_of_exponents_is_the_tables_without_its_errors() {
+        // exponents and speeds are printed to 0.01 and 1 km/h; 49,283 curves with a residual of
+        // 17.7 % and an SD(ln R) of 0.97 around ln 116 m (the paper's tables)
+        let fit = Bivariate::fit(&table().pairs());
+        let (curves, residual, log_sd): (f64, f64, f64) = (49_283.0 / 25.0, 0.177, 0.97);
+        let away = (116.0f64 / 250.0).ln();
+        let rounded = |width: f64| width * width / 12.0;
+        let slope = residual * residual / (log_sd * log_sd * curves);
+        let errors = [
+            slope + rounded(0.01),
+            residual * residual / curves + slope * away * away + rounded(1.0 / 57.6),
+        ];
+        let variance = [0, 1].map(|k| fit.covariance[(k, k)] - errors[k]);
+        // mean and slope of a regression are independent at its mean radius
+        let together = fit.covariance[(0, 1)] + slope * away;
+        let [exponent_sd, level_sd] = variance.map(f64::sqrt);
+        let correlation = together / (exponent_sd * level_sd);
+        assert!((exponent_sd - 0.023).abs() < 0.0005, "{exponent_sd}");
+        assert!((level_sd - 0.0705).abs() < 0.0005, "{level_sd}");
+        assert!((correlation - 0.10).abs() < 0.02, "{correlation}");
     }
 
     #[test]

@@ -56,17 +56,19 @@ impl DriverModel {
     }
 
     /// Draws one driver. Without [`ModelSwitch::DriverSpread`] all are the typical one.
+    /// `limiter_mps`: speed at which the vehicle's limiter begins to act, in m/s.
     pub fn sample(
         &self,
         streams: &Streams,
         without: &[ModelSwitch],
         stability_limit: f64,
+        limiter_mps: f64,
     ) -> Driver {
         let spread = !without.contains(&ModelSwitch::DriverSpread);
         Driver {
             curve_speed: self.curve_speed.sample(streams, spread),
             speed_change: self.speed_change.sample(streams, spread),
-            speed_limit: self.speed_limit.sample(streams, spread),
+            speed_limit: self.speed_limit.sample(streams, spread, limiter_mps),
             pedals: self.pedals.sample(streams, spread, stability_limit),
         }
     }

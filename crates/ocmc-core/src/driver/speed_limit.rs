@@ -16,9 +16,11 @@ pub struct SpeedLimitModel {
     /// Factor on the limit.
     #[schemars(range(min = 0.5, max = 1.5))]
     pub compliance: Quantity,
-    /// Highest speed that a driver wants, just below the limiter, in m/s.
+    /// Highest speed that a driver wants, in m/s; 1 km/h below the vehicle's limiter where it is left
+    /// out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 3.0, max = 70.0))]
-    pub maximum_speed_mps: f64,
+    pub maximum_speed_mps: Option<f64>,
     /// How far behind a sign a driver's wanted speed changes, in m; negative before it. At the sign
     /// where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -35,6 +37,9 @@ pub struct SpeedLimitModel {
     pub bump_maximum_mps: f64,
 }
 
+/// How far below the vehicle's limiter a driver stays, in m/s: 1 km/h, so that it does not act [EJ].
+const BELOW_LIMITER_MPS: f64 = 1.0 / 3.6;
+
 impl SpeedLimitModel {
     /// The speeds at bumps are in order.
     pub fn validate(&self, problems: &mut Problems) {
@@ -46,13 +51,18 @@ impl SpeedLimitModel {
         );
     }
 
+    /// Highest speed that a driver wants, in m/s, in a vehicle whose limiter acts from a speed on.
+    pub fn highest_mps(&self, limiter_mps: f64) -> f64 {
+        self.maximum_speed_mps.unwrap_or(limiter_mps - BELOW_LIMITER_MPS)
+    }
+
     /// Draws one driver; `spread` false gives the typical one.
-    pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedLimit {
+    pub fn sample(&self, streams: &Streams, spread: bool, limiter_mps: f64) -> SpeedLimit {
         let draw = |law: &Quantity, stream| law.drawn(spread, streams, stream);
         let sign_offset_m = self.sign_offset_m.as_ref();
         SpeedLimit {
             compliance: draw(&self.compliance, Stream::Compliance),
-            maximum_speed_mps: self.maximum_speed_mps,
+            maximum_speed_mps: self.highest_mps(limiter_mps),
             sign_offset_m: sign_offset_m.map_or(0.0, |law| draw(law, Stream::SignOffset)),
             bump_acceleration_mps2: draw(&self.bump_acceleration_mps2, Stream::BumpComfort),
             bump_minimum_mps: self.bump_minimum_mps,
@@ -77,9 +87,9 @@ pub struct SpeedLimit {
 }
 
 impl SpeedLimit {
-    /// Sign speed: v_sign = min(compliance · min(sign, legal truck limit), maximum), in m/s.
-    pub fn sign_speed_mps(&self, sign_mps: f64, truck_limit_mps: f64) -> f64 {
-        (self.compliance * sign_mps.min(truck_limit_mps)).min(self.maximum_speed_mps)
+    /// Sign speed: v_sign = min(compliance · min(sign, legal limit), maximum), in m/s.
+    pub fn sign_speed_mps(&self, sign_mps: f64, legal_mps: f64) -> f64 {
+        (self.compliance * sign_mps.min(legal_mps)).min(self.maximum_speed_mps)
     }
 
     /// Speed at a bump, in m/s: v = L √(a_z / (8 h)), from the vertical acceleration v²/ρ on a

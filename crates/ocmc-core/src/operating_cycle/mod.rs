@@ -18,6 +18,7 @@ pub mod weather;
 
 use crate::operating_cycle::mission::{Mission, MissionModel};
 use crate::operating_cycle::road::point_event::PointEvent;
+use crate::operating_cycle::road::vehicle_class::VehicleClass;
 use crate::operating_cycle::road::{Road, RoadModel, RoadSampler};
 use crate::operating_cycle::traffic::{TrafficModel, TrafficTypeModel};
 use crate::operating_cycle::weather::{STANDARD_WEATHER, Weather, WeatherModel};
@@ -83,22 +84,37 @@ enum Change {
 }
 
 impl OperatingCycleSampler {
-    /// Prepares checked models.
+    /// Prepares checked models for vehicles of a class.
     pub fn new(
         road: &RoadModel,
         weather: &WeatherModel,
         traffic: &TrafficModel,
         mission: &MissionModel,
+        class: VehicleClass,
     ) -> Self {
         let traffic_types = road.types.keys().map(|name| traffic.types[name].clone()).collect();
         Self {
-            road: RoadSampler::new(road),
+            road: RoadSampler::new(road, class),
             weather: weather.clone(),
             traffic: traffic.clone(),
             traffic_types,
             mission: mission.clone(),
             routes: Vec::new(),
         }
+    }
+
+    /// Signs of given routes above what the law allows the study's vehicles there: the way along
+    /// them, in m, the highest of them and its limit, in m/s; none where there is no such sign.
+    pub fn above_law(&self) -> Option<[f64; 3]> {
+        let stretches = self.routes.iter().flat_map(Route::signed_stretches);
+        let above = stretches.filter_map(|(way_m, sign_mps, road_type)| {
+            let legal_mps = self.road.legal_mps(road_type);
+            (sign_mps > legal_mps).then_some([way_m, sign_mps, legal_mps])
+        });
+        above.reduce(|sum, next| {
+            let [_, highest_mps, legal_mps] = if next[1] > sum[1] { next } else { sum };
+            [sum[0] + next[0], highest_mps, legal_mps]
+        })
     }
 
     /// The road models.
@@ -226,8 +242,8 @@ impl OperatingCycleSampler {
             while road.sections[section].end_m <= sign.start_m {
                 section += 1;
             }
-            let model = &self.road.types()[road.sections[section].road_type];
-            let speed_mps = sign.speed_mps.min(model.truck_limit_mps.unwrap_or(f64::INFINITY));
+            let legal_mps = self.road.legal_mps(road.sections[section].road_type);
+            let speed_mps = sign.speed_mps.min(legal_mps);
             changes.push((sign.start_m, Change::Speed { section, speed_mps }));
         }
         changes.extend(events.filter_map(standstill));

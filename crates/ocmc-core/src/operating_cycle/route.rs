@@ -87,6 +87,19 @@ pub struct Route {
 }
 
 impl Route {
+    /// Stretches of one sign and one road type: their length, in m, the sign's speed, in m/s, and
+    /// the number of the type.
+    pub(super) fn signed_stretches(&self) -> impl Iterator<Item = (f64, f64, usize)> {
+        let ends_m = self.signs.iter().skip(1).map(|sign| sign.start_m);
+        let ends_m = ends_m.chain(self.sections.last().map(|section| section.end_m));
+        self.signs.iter().zip(ends_m).flat_map(|(sign, end_m)| {
+            self.sections.iter().filter_map(move |section| {
+                let way_m = end_m.min(section.end_m) - sign.start_m.max(section.start_m);
+                (way_m > 0.0).then_some((way_m, sign.speed_mps, section.road_type))
+            })
+        })
+    }
+
     /// Lays a given cycle on a study's road. `names` are the study's road types, in the order of
     /// their numbers.
     ///

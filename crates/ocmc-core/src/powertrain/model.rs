@@ -138,6 +138,16 @@ impl PowertrainModel {
         }
     }
 
+    /// Rated power of what drives the wheels, in W: the engine's largest at its points of full load,
+    /// or the motor's.
+    pub fn rated_power_w(&self) -> f64 {
+        match self {
+            Self::Combustion(model) => model.engine.peak_power_w(),
+            Self::BatteryElectric(model) => model.motor.power_w,
+            Self::FuelCell(model) => model.electric.motor.power_w,
+        }
+    }
+
     /// What differs between trucks: the factor on the fuel map, 1 without one, and the state of charge
     /// at departure, where there is a battery. `draw` draws a law of the vehicle.
     pub fn sample(

@@ -148,9 +148,10 @@ fn draws_within(model: &StudyModel, problems: &mut Problems) {
 
 /// A mission that no driver ends in the time that a cycle has would always be given up.
 fn in_time(model: &StudyModel, problems: &mut Problems) {
-    let StudyModel { mission, driver, simulation, .. } = model;
+    let StudyModel { mission, driver, simulation, vehicle, .. } = model;
     let length_m = mission.length_m.centre();
-    let longest_m = simulation.longest_duration_s * driver.speed_limit.maximum_speed_mps;
+    let highest_mps = driver.speed_limit.highest_mps(vehicle.limiter_speed_mps);
+    let longest_m = simulation.longest_duration_s * highest_mps;
     let allowed = format!(
         "at most {longest_m:.0}: so far does `driver.speed_limit.maximum_speed_mps` lead in \
          `simulation.longest_duration_s`"

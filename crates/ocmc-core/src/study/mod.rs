@@ -280,8 +280,13 @@ impl Study {
     /// [`StudyError`] lists every value that is out of its bounds or does not fit the others.
     pub fn new(model: StudyModel) -> Result<Self, StudyError> {
         check::check(&model)?;
-        let operating_cycle =
-            OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
+        let operating_cycle = OperatingCycleSampler::new(
+            &model.road,
+            &model.weather,
+            &model.traffic,
+            &model.mission,
+            model.vehicle.class,
+        );
         let mut vehicle = model.vehicle.prepare();
         if let Some(charging) = &model.charging {
             vehicle.powertrain.follow(charging);
@@ -403,6 +408,13 @@ impl Study {
         *scenario = self.sample_into(seed, cycle_id, PickFreeze::NONE, cycle);
     }
 
+    /// Draws the driver of one cycle.
+    fn sample_driver(&self, streams: &Streams) -> Driver {
+        let limiter_mps = self.model.vehicle.limiter_speed_mps;
+        let without = &self.model.simulation.without;
+        self.model.driver.sample(streams, without, self.stability_limit, limiter_mps)
+    }
+
     /// Where the draws of one cycle come from.
     pub(crate) fn streams(&self, seed: u64, cycle_id: u64, pick_freeze: PickFreeze) -> Streams<'_> {
         let SimulationModel { frozen, sampling, .. } = &self.model.simulation;
@@ -420,7 +432,7 @@ impl Study {
         let simulation = &self.model.simulation;
         let streams = self.streams(seed, cycle_id, pick_freeze);
         self.operating_cycle.sample(&streams, &simulation.without, &mut cycle);
-        let driver = self.model.driver.sample(&streams, &simulation.without, self.stability_limit);
+        let driver = self.sample_driver(&streams);
         // a residual belongs to the curve's place, so that it stays when another curve goes
         let mut draws = streams.open(Stream::CurveResidual);
         let curve_residuals =

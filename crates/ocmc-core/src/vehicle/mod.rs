@@ -8,6 +8,7 @@ pub mod tyre;
 
 use crate::distribution::Quantity;
 use crate::lanes::UNBOUNDED;
+use crate::operating_cycle::road::vehicle_class::VehicleClass;
 use crate::powertrain::component::gearbox::{Gear, ShiftModel};
 use crate::powertrain::{PowertrainKind, PowertrainModel, TruckInputs};
 use crate::random::{Stream, Streams};
@@ -23,6 +24,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleModel {
+    /// Class: which limits of the law hold for it beside the signs.
+    #[serde(default, skip_serializing_if = "VehicleClass::is_default")]
+    pub class: VehicleClass,
     /// Mass without payload, in kg.
     #[schemars(range(min = 500.0, max = 100_000.0), extend("usual" = [600.0, 40e3]))]
     pub curb_mass_kg: f64,
@@ -98,6 +102,8 @@ pub struct VehicleParameters {
     pub cross_wind: CrossWind,
     /// Change of the drag area with speed.
     pub drag_by_speed: DragBySpeed,
+    /// Rated power of engine or motor, in W.
+    pub rated_power_w: f64,
     /// The numbers as given.
     pub model: VehicleModel,
 }
@@ -234,8 +240,16 @@ impl VehicleModel {
         let cross_wind = self.cross_wind.in_tangent();
         let by_speed = self.drag_by_speed.as_ref();
         let drag_by_speed = by_speed.map_or(DragBySpeed::NONE, DragBySpeedModel::prepare);
-        let model = self.clone();
-        VehicleParameters { powertrain, gears, shift, cross_wind, drag_by_speed, model }
+        let rated_power_w = self.powertrain.rated_power_w();
+        VehicleParameters {
+            powertrain,
+            gears,
+            shift,
+            cross_wind,
+            drag_by_speed,
+            rated_power_w,
+            model: self.clone(),
+        }
     }
 
     /// Wheels' inertia as a mass at the rim, in kg.

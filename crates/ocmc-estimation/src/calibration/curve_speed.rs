@@ -204,7 +204,10 @@ impl CurveSpeedNumbers {
 
     fn from_coordinates([log_speed, exponent, driver, residual]: [f64; COUNT]) -> Self {
         let [driver_sd, residual_sd] = [driver, residual].map(|square| square.max(0.0).sqrt());
-        Self { reference_speed_mps: libm::exp(log_speed), exponent, driver_sd, residual_sd }
+        // a bound of the search, by its logarithm, is not exactly that of a study
+        let [slowest_mps, fastest_mps] = SPEEDS_MPS;
+        let reference_speed_mps = libm::exp(log_speed).clamp(slowest_mps, fastest_mps);
+        Self { reference_speed_mps, exponent, driver_sd, residual_sd }
     }
 
     /// Errors of (ln v₀, δ, driver SD, residual SD) from the covariance of the coordinates.

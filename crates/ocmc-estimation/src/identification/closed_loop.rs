@@ -160,14 +160,14 @@ impl<'a> ClosedLoop<'a> {
             climb_reached: true,
             ..Road::default()
         };
-        let mut driver: Driver = model.driver.sample(&streams, &without, f64::INFINITY);
+        let mut driver: Driver =
+            model.driver.sample(&streams, &without, f64::INFINITY, f64::INFINITY);
         driver.speed_change.rise = Rise::Paper;
-        driver.speed_change.peak_acceleration_mps2 = UNBOUNDED;
+        driver.speed_change.peak_ratio = UNBOUNDED;
         // brakes late and hard for the end of the road, which the event does not reach
         driver.speed_change.deceleration_mps2 = 1.0;
         driver.speed_limit.maximum_speed_mps = f64::INFINITY;
-        let types = study.operating_cycle().road().types();
-        let legal = types[0].truck_limit_mps.unwrap_or(f64::INFINITY).min(UNLIMITED_MPS);
+        let legal = study.operating_cycle().road().legal_mps(0).min(UNLIMITED_MPS);
         let scenario = Scenario {
             cycle_id: 0,
             trip: Trip::default(),

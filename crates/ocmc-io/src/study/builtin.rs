@@ -61,6 +61,10 @@ pub const STUDIES: &[BuiltIn] = &[
 /// The built-in vehicles.
 pub const VEHICLES: &[BuiltIn] = &[
     built_in("tractor-40t", include_str!("../../../../configs/vehicles/tractor-40t.toml")),
+    built_in(
+        "tractor-40t-vecto",
+        include_str!("../../../../configs/vehicles/tractor-40t-vecto.toml"),
+    ),
     built_in("rigid-12t", include_str!("../../../../configs/vehicles/rigid-12t.toml")),
     built_in("city-bus-12m", include_str!("../../../../configs/vehicles/city-bus-12m.toml")),
     built_in(
@@ -75,6 +79,8 @@ pub const VEHICLES: &[BuiltIn] = &[
         "city-bus-electric-12m",
         include_str!("../../../../configs/vehicles/city-bus-electric-12m.toml"),
     ),
+    built_in("coach-12m", include_str!("../../../../configs/vehicles/coach-12m.toml")),
+    built_in("van-3500kg", include_str!("../../../../configs/vehicles/van-3500kg.toml")),
     built_in("car-electric", include_str!("../../../../configs/vehicles/car-electric.toml")),
     built_in("car-petrol", include_str!("../../../../configs/vehicles/car-petrol.toml")),
 ];

@@ -142,7 +142,7 @@ mod tests {
     fn every_number_has_its_range_in_a_comment() {
         let text = init_text();
         for (key, range) in [
-            ("curb_mass_kg = 15700.0 ", "| 500 to 100000"),
+            ("curb_mass_kg = 15250.0", "| 500 to 100000"),
             ("length_m = 100.0e3 ", "| 200 to 5e6"),
             ("drag_area_m2 = {", "| 0.1 to 20"),
             ("next = { rural", "| each 0 to 1"),

@@ -103,7 +103,21 @@ impl LoadedStudy {
             let read = if given_cycle::built_in(path).is_some() { None } else { of_file() };
             warnings.extend(read.into_iter().flat_map(|(_, account)| account.warnings()));
         }
+        warnings.extend(self.above_law());
         warnings
+    }
+
+    /// What is said where signs of given routes are above what the law allows the vehicle.
+    pub fn above_law(&self) -> Option<String> {
+        let [way_m, sign_mps, legal_mps] = self.study.operating_cycle().above_law()?;
+        let [sign_kmh, legal_kmh] = [sign_mps, legal_mps].map(|mps| 3.6 * mps);
+        Some(format!(
+            "limits of up to {sign_kmh:.0} km/h on {:.1} km of the given roads are above what the law \
+             lets a {} drive there, {legal_kmh:.0} km/h, which holds: `vehicle.class` is the class, \
+             `road.types` has its limits [limit-above-class]",
+            way_m / 1000.0,
+            self.model.vehicle.class
+        ))
     }
 
     /// The study with more settings, as if [`load`] had met them behind those that it has.

@@ -3,6 +3,7 @@
 use ocmc_core::distribution::{Law, Quantity};
 use ocmc_core::study::keys::{Key, declarations};
 use ocmc_core::study::{Study, StudyModel};
+use ocmc_core::vehicle::VehicleModel;
 use ocmc_io::study::{self, LoadedStudy, Origin};
 use serde_json::Value;
 
@@ -58,6 +59,36 @@ fn every_number_has_a_bound() {
     }
 }
 
+/// The truck of the driving-simulator studies.
+fn simulated() -> VehicleModel {
+    let text = "study = { name = \"v\", description = \"d\", base = \"field-truck\" }\n\
+                vehicle.base = \"tractor-40t-vecto\"\n";
+    study::load_text("v.toml", text, &[] as &[&str]).expect("built in").model.vehicle
+}
+
+#[test]
+fn built_in_powertrains_of_a_tractor_have_one_body() {
+    let vehicle = |base: &str| {
+        let text = format!(
+            "study = {{ name = \"v\", description = \"d\", base = \"field-truck\" }}\n\
+             vehicle.base = \"{base}\"\n"
+        );
+        study::load_text("v.toml", &text, &[] as &[&str]).expect("built in").model.vehicle
+    };
+    let diesel = vehicle("tractor-40t");
+    for base in ["tractor-electric-40t", "tractor-fuel-cell-40t"] {
+        let other = vehicle(base);
+        assert_eq!(other.drag_area_m2, diesel.drag_area_m2, "{base}");
+        assert_eq!(other.cross_wind, diesel.cross_wind, "{base}");
+        assert_eq!(other.rolling_factor, diesel.rolling_factor, "{base}");
+        let tyres = |vehicle: &VehicleModel| -> Vec<(f64, f64, f64)> {
+            let axles = vehicle.axles.iter();
+            axles.map(|a| (a.load_share, a.iso_rolling_coefficient, a.iso_load_n)).collect()
+        };
+        assert_eq!(tyres(&other), tyres(&diesel), "{base}");
+    }
+}
+
 #[test]
 fn studies_differ_from_the_default_one_only_where_they_say_so() {
     let default = model("field-truck");
@@ -75,12 +106,12 @@ fn studies_differ_from_the_default_one_only_where_they_say_so() {
         } else if built_in.name == "simulator-study" {
             // no retarder, and the engine that the paper's accelerations ask for
             assert_eq!(model.vehicle.brakes.engine_brake_power_w, 0.0);
-            assert_ne!(model.vehicle.powertrain, default.vehicle.powertrain);
+            assert_ne!(model.vehicle.powertrain, simulated().powertrain);
         } else if built_in.name.starts_with("simulator-") {
             let mut vehicle = model.vehicle.clone();
             assert_eq!(vehicle.brakes.engine_brake_power_w, 0.0);
-            vehicle.brakes = default.vehicle.brakes.clone();
-            assert_eq!(vehicle, default.vehicle, "{}", built_in.name);
+            vehicle.brakes = simulated().brakes;
+            assert_eq!(vehicle, simulated(), "{}", built_in.name);
         } else {
             assert_eq!(model.vehicle, default.vehicle, "{}", built_in.name);
         }

@@ -264,7 +264,7 @@ impl VehicleFile {
 
     pub(super) fn base_vehicle(&self) -> &'static str {
         match self.veh_cat.to_lowercase().as_str() {
-            "tractor" => "tractor-40t",
+            "tractor" => "tractor-40t-vecto",
             kind if BUSES.contains(&kind) => "city-bus-12m",
             _ => "rigid-12t",
         }

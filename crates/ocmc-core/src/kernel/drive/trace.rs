@@ -115,7 +115,7 @@ fn road_signals(
     road: &Road,
     [position_m, speed_mps]: [&[f64]; 2],
 ) -> [TableColumn; 2] {
-    let types = study.operating_cycle().road().types();
+    let types = study.operating_cycle().road();
     let (mut curve, mut sign, mut section) = (0, 0, 0);
     let mut yaw_rate = Vec::with_capacity(position_m.len());
     let mut limit = Vec::with_capacity(position_m.len());
@@ -131,8 +131,8 @@ fn road_signals(
         }
         let here = road.curves.get(curve).filter(|c| c.start_m <= *at);
         yaw_rate.push(here.map_or(0.0, |c| c.curvature_per_m() * speed));
-        let legal = types[road.sections[section].road_type].truck_limit_mps;
-        limit.push(road.signs[sign].speed_mps.min(legal.unwrap_or(f64::INFINITY)));
+        let legal_mps = types.legal_mps(road.sections[section].road_type);
+        limit.push(road.signs[sign].speed_mps.min(legal_mps));
     }
     [
         TableColumn { name: "yaw_rate_radps", values: yaw_rate },

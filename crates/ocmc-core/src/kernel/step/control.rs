@@ -48,6 +48,8 @@ pub(super) struct Stance<S: Simd> {
     pub ramps: Flags<S>,
     /// Flag: the driver follows it with feed-forward.
     pub feeds: Flags<S>,
+    /// Flag: the driver follows a rise of the desired speed with feed-forward.
+    pub gathers: Flags<S>,
     /// Flag: a switched driver holds.
     pub hold: Flags<S>,
     /// What he holds.
@@ -85,10 +87,15 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         DesiredSpeed { speed: level.min(backward).sqrt(), backward, level, rise_function }
     }
 
-    /// The ceiling of the desired speed, squared, some time later.
+    /// The ceiling of the desired speed, squared, some time later: the inverse acceleration g grows
+    /// as g² = g₀² + 2 t dg/dv.
     #[inline(always)]
     pub(super) fn ceiling_after(&self, desired: Lanes<S>, dt: Lanes<S>) -> Lanes<S> {
-        let risen = desired + self.constants.rise * dt;
+        let (from_rest, per_mps) = (self.constants.rise_from_rest, self.constants.rise_per_mps);
+        let twice = dt + dt;
+        let before = from_rest + per_mps * desired;
+        let after = (before * before + per_mps * twice).sqrt();
+        let risen = desired + twice / (before + after);
         risen * risen
     }
 
@@ -103,7 +110,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let (motion, constants) = (&self.motion, &self.constants);
         let forecast = self.forecast(row, parameters);
         let ramps = !desired.ramp_function(desired.speed * constants.lead).simd_lt(0.0);
-        let feeds = ramps & constants.feeds.simd_gt(0.0);
+        let foresees = constants.feeds.simd_gt(0.0);
+        let feeds = ramps & foresees;
         // while the desired speed rises there is nothing to hold
         let rises = desired.rise_function.simd_lt(0.0);
         let was_holding = motion.holding.simd_gt(0.0);
@@ -121,10 +129,11 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         // held throttle: a held brake is released when e >= 0, unless the driver holds as printed
         // in the paper
         let held = error.simd_lt(0.0).select(held, held.max(constants.lowest_held));
-        Stance { forecast, rises, ramps, feeds, hold, held, look_ahead }
+        let gathers = rises & foresees & !feeds;
+        Stance { forecast, rises, ramps, feeds, gathers, hold, held, look_ahead }
     }
 
-    /// The operational module at one stage.
+    /// The operational module at one stage; `rise`: accelerator that gives the driver's acceleration.
     #[inline(always)]
     pub(super) fn control(
         &self,
@@ -133,6 +142,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         desired: Lanes<S>,
         integral: Lanes<S>,
         filtered: Lanes<S>,
+        rise: Lanes<S>,
         stance: &Stance<S>,
         parameters: &KernelParameters<P>,
     ) -> Control<S> {
@@ -150,7 +160,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let held = stance.held + masked(balances, corrected);
         // the accelerator stays closed while a ramp asks for less
         let follows = stance.forecast.ramp.min(0.0) + constants.ramp_gain * error;
-        let output = stance.feeds.select(follows, stance.hold.select(held, continuous));
+        let gathers = rise + effort;
+        let output = stance.hold.select(held, stance.gathers.select(gathers, continuous));
+        let output = stance.feeds.select(follows, output);
         // who coasts leaves the accelerator
         let output = stance.look_ahead.coasts.select(output.min(0.0), output);
 
@@ -182,8 +194,11 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             accelerator,
             brake: (braking * pedals.brake_scale).min(1.0),
             braking,
-            integral_rate: constants.integral_gain * error
-                + constants.tracking * (realised - output),
+            // behind a rise the integral part goes on from the pedal that keeps the speed
+            integral_rate: stance.gathers.select(
+                constants.tracking * (stance.forecast.holding - integral),
+                constants.integral_gain * error + constants.tracking * (realised - output),
+            ),
         }
     }
 }

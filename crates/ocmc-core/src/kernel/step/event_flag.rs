@@ -31,6 +31,8 @@ pub struct ShiftLanes<S: Simd> {
     pub accelerator: Lanes<S>,
     /// Flag: the truck slows.
     pub slowing: Flags<S>,
+    /// Flag: the truck gathers speed.
+    pub gathers: Flags<S>,
     /// Flag: the clutch is closed.
     pub closed: Flags<S>,
     /// Flag: the driver brakes, or soon will.
@@ -48,10 +50,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         inputs: &ShiftLanes<S>,
         parameters: &KernelParameters<P>,
     ) -> Flags<S> {
-        let ShiftLanes { accelerator, slowing, closed, brakes, road_power } = *inputs;
+        let ShiftLanes { accelerator, slowing, gathers, closed, brakes, road_power } = *inputs;
         let (motion, shift) = (&self.motion, &parameters.vehicle.shift);
         let speed = self.motion.speed * self.gear.speed_ratio;
-        let up_speed = self.motion.speed * self.gear.speed_ratio_up;
+        let up_speed = self.motion.speed * self.gear.upshift_ratio(gathers);
         let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
         let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
         let (up_left, down_left) = (motion.up_left, motion.down_left);

@@ -1,5 +1,6 @@
 //! What a driver knows by feel before a step: the pedals that keep the speed, that follow a braking
-//! ramp, and that accelerate as hard as he ever does; and the push at which he lifts his foot.
+//! ramp or a rise, and that accelerate as hard as he ever does; and the push at which he lifts his
+//! foot.
 //!
 //! It is read from the road under the truck, its mass, its gear, its air drag and the curves of its
 //! engine in the last step: what is missing the feedback corrects.
@@ -22,6 +23,8 @@ pub(super) struct Forecast<S: Simd> {
     pub holding: Lanes<S>,
     /// Follows a braking ramp.
     pub ramp: Lanes<S>,
+    /// Gives the driver's acceleration.
+    pub rise: Lanes<S>,
     /// Gives the driver's peak acceleration.
     pub peak: Lanes<S>,
     /// Force at the wheels, in N, at which he lifts his foot.
@@ -36,6 +39,24 @@ pub(super) struct Forecast<S: Simd> {
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
+    /// The accelerator that gives the driver's acceleration at a speed: at the end of a step, as the
+    /// power that it asks for grows with the speed.
+    #[inline(always)]
+    pub(super) fn rising_pedal(
+        &self,
+        row: &Row<S>,
+        speed: Lanes<S>,
+        parameters: &KernelParameters<P>,
+    ) -> Lanes<S> {
+        let (constants, gear) = (&self.constants, &self.gear);
+        let pedal = parameters.powertrain.pedal_forces(&self.powertrain, gear, speed);
+        let slips = (speed * gear.speed_ratio).simd_lt(gear.slips_below);
+        let mass = slips.select(constants.moving_mass_open, constants.moving_mass_closed);
+        let road = constants.mass * (row[RoadRow::ROLLING] + row[RoadRow::GRADE]);
+        let rise = mass / (constants.rise_from_rest + constants.rise_per_mps * speed);
+        pedal.accelerator(self.motion.drag + road + rise)
+    }
+
     /// The outputs of this step.
     #[inline(always)]
     pub(super) fn forecast(&self, row: &Row<S>, parameters: &KernelParameters<P>) -> Forecast<S> {
@@ -48,7 +69,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let road = constants.mass * (row[RoadRow::ROLLING] + row[RoadRow::GRADE]);
         let steady = self.motion.drag + road;
         let slower = steady - mass * constants.twice_deceleration * 0.5;
-        let wanted = mass * constants.peak_acceleration;
+        let rise = mass / (constants.rise_from_rest + constants.rise_per_mps * speed);
+        let wanted = rise * constants.peak_ratio;
         let most = steady + wanted * LIFTS_AT;
         let excess = most - pedal.coasting;
         let free = Lanes::splat(speed.simd, UNBOUNDED);
@@ -63,6 +85,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             neutral,
             holding: pedal.output(steady, constants.per_brake_force),
             ramp: pedal.output(slower, constants.per_brake_force),
+            rise: pedal.accelerator(steady + rise),
             peak: pedal.accelerator(steady + wanted),
             most,
             holding_back: excess.simd_lt(0.0).select(excess * constants.per_brake_force, free),

@@ -205,6 +205,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let inputs = ShiftLanes {
             accelerator: second_control.accelerator,
             slowing,
+            gathers: stance.gathers,
             closed,
             road_power,
             brakes: braking | soon,

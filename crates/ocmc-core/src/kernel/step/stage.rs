@@ -131,6 +131,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             desired.speed,
             self.motion.integral,
             self.motion.filtered,
+            stance.forecast.rise,
             stance,
             parameters,
         );
@@ -302,8 +303,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     ) -> Control<S> {
         let Predicted { speed, desired, integral, filtered, .. } = *predicted;
         let (row, stance) = (&decision.row, &decision.stance);
+        let rise = self.rising_pedal(row, speed, parameters);
         let control =
-            self.control(row, speed, desired.speed, integral, filtered, stance, parameters);
+            self.control(row, speed, desired.speed, integral, filtered, rise, stance, parameters);
         scheduling_barrier(control.accelerator);
         control
     }

@@ -217,10 +217,12 @@ pub struct LaneConstants<S: Simd> {
     pub lowest_held: Lanes<S>,
     /// Twice the deceleration, in m/s².
     pub twice_deceleration: Lanes<S>,
-    /// The most that the accelerator asks for, in m/s².
-    pub peak_acceleration: Lanes<S>,
-    /// How fast the desired speed rises, in m/s².
-    pub rise: Lanes<S>,
+    /// Inverse of the driver's acceleration from rest, in s²/m.
+    pub rise_from_rest: Lanes<S>,
+    /// Its growth with the speed, in s³/m².
+    pub rise_per_mps: Lanes<S>,
+    /// The most that the accelerator asks for, over the driver's acceleration.
+    pub peak_ratio: Lanes<S>,
     /// Least square of the speed from which the desired speed rises, in m²/s²; unbounded where it
     /// follows the limit at once.
     pub least_ceiling: Lanes<S>,
@@ -281,8 +283,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
                 balances: zero,
                 lowest_held: zero,
                 twice_deceleration: all(1.0),
-                peak_acceleration: all(1.0),
-                rise: zero,
+                rise_from_rest: all(UNBOUNDED),
+                rise_per_mps: zero,
+                peak_ratio: all(1.0),
                 least_ceiling: zero,
                 lead: zero,
                 before_ramp: zero,

@@ -6,8 +6,8 @@ use super::control::{Control, DesiredSpeed};
 use super::stage::{Decision, Predicted};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Flags, Lanes, scheduling_barrier};
+use crate::powertrain::Powertrain;
 use crate::powertrain::component::gearbox::ShiftModel;
-use crate::powertrain::{Coupling, Powertrain};
 use fearless_simd::prelude::*;
 
 /// How far beyond the zero of a switching function a step goes, as a share of what is left of the
@@ -75,10 +75,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         // an engine that is below the downshift line already may come to where the clutch opens
         let turns = self.motion.speed * self.gear.speed_ratio;
         let is_low = down_function(turns, first.accelerator, shift).simd_gt(0.0);
-        let (speed, coupling) = (self.motion.speed, &decision.coupling);
+        let speed = self.motion.speed;
         let gear = Crossing::of_rise(
-            self.gear_function(speed, first, coupling, is_low, parameters),
-            self.gear_function(predicted.speed, second, coupling, is_low, parameters),
+            self.gear_function(speed, first, decision, is_low, parameters),
+            self.gear_function(predicted.speed, second, decision, is_low, parameters),
         );
         let plan = Crossing::of_rise(
             self.plan_function(decision, &decision.desired, self.motion.speed, parameters),
@@ -140,13 +140,14 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         &self,
         speed: Lanes<S>,
         control: &Control<S>,
-        coupling: &Coupling<S>,
+        decision: &Decision<S>,
         is_low: Flags<S>,
         parameters: &KernelParameters<P>,
     ) -> Lanes<S> {
+        let (coupling, gathers) = (&decision.coupling, decision.stance.gathers);
         let (shift, accelerator) = (&parameters.vehicle.shift, control.accelerator);
         let turns = speed * self.gear.speed_ratio;
-        let up = speed * self.gear.speed_ratio_up
+        let up = speed * self.gear.upshift_ratio(gathers)
             - shift.up_speed_radps
             - accelerator * shift.up_pedal_radps;
         let open = parameters.idle_radps * shift.open_share;

@@ -3,7 +3,7 @@
 
 use super::lane_task::{LaneTask, Progress};
 use crate::driver::pedal::Hold;
-use crate::driver::speed_change::Rise;
+use crate::driver::speed_change::{Rise, SpeedChange};
 use crate::kernel::step::road_row::RoadRow;
 use crate::kernel::step::state::Lane;
 use crate::lanes::UNBOUNDED;
@@ -56,7 +56,7 @@ impl LaneTask {
     /// Loads the truck into a lane, standing at the start of its road.
     pub(crate) fn enter<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);
-        Self::carry(lane, vehicle);
+        Self::carry(lane, vehicle, &driver.speed_change);
         let constants = &mut lane.state.constants;
         constants.drag_area[lane.number] = vehicle.drag_area_m2;
         let climate_w = lane.parameters.powertrain.climate_w(self.road.air_temperature_k);
@@ -93,13 +93,12 @@ impl LaneTask {
             if gains.hold == Hold::Paper { -UNBOUNDED } else { 0.0 };
         let change = &driver.speed_change;
         constants.twice_deceleration[lane.number] = 2.0 * change.deceleration_mps2;
-        constants.peak_acceleration[lane.number] = change.peak_acceleration_mps2;
-        let (rise, least_ceiling) = match change.rise {
-            Rise::Ramp => (change.acceleration_mps2, 0.0),
-            Rise::Paper => (0.0, UNBOUNDED),
+        let least_ceiling = match change.rise {
+            Rise::Ramp => 0.0,
+            Rise::Paper => UNBOUNDED,
         };
-        constants.rise[lane.number] = rise;
         constants.least_ceiling[lane.number] = least_ceiling;
+        constants.peak_ratio[lane.number] = change.peak_ratio;
         let lead_s = if feeds { model.ramp_lead_s } else { 0.0 };
         constants.lead[lane.number] = 2.0 * change.deceleration_mps2 * lead_s;
         constants.before_ramp[lane.number] =
@@ -124,13 +123,21 @@ impl LaneTask {
         self.decide(lane, 0.0, 0);
     }
 
-    /// A truck at rest gets its load.
-    pub(super) fn carry<S: Simd, P: Powertrain>(lane: &mut Lane<S, P>, vehicle: &Vehicle) {
+    /// A truck at rest gets its load, by which its driver accelerates.
+    pub(super) fn carry<S: Simd, P: Powertrain>(
+        lane: &mut Lane<S, P>,
+        vehicle: &Vehicle,
+        change: &SpeedChange,
+    ) {
+        let rated_power_w = lane.parameters.vehicle.rated_power_w;
+        let rise = change.acceleration(rated_power_w, vehicle.mass_kg);
         let constants = &mut lane.state.constants;
         constants.mass[lane.number] = vehicle.mass_kg;
         constants.driven_mass[lane.number] = vehicle.driven_mass_kg;
         constants.per_brake_force[lane.number] =
             1.0 / (lane.parameters.brake_mps2 * vehicle.mass_kg);
+        constants.rise_from_rest[lane.number] = rise.from_rest;
+        constants.rise_per_mps[lane.number] = rise.per_mps;
     }
 
     /// Prepares a truck at rest to start: gear by the slope, the controller reset.

@@ -150,7 +150,7 @@ impl LaneTask {
             progress.carried_kgm += before_kg * (way_m - progress.carried_to_m);
             progress.carried_to_m = way_m;
             progress.payload_kg = Some(load.part.payload_kg);
-            Self::carry(lane, &load.vehicle);
+            Self::carry(lane, &load.vehicle, &self.scenario.driver.speed_change);
         }
     }
 

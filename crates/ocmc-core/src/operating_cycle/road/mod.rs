@@ -11,6 +11,7 @@ pub mod route_noise;
 pub mod speed_sign;
 pub mod surface;
 pub mod topography;
+pub mod vehicle_class;
 
 use crate::breakdown::is_road_type_name;
 use crate::distribution::Quantity;
@@ -30,6 +31,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use surface::{Ground, GroundModel, RoughnessModel};
 use topography::{ClimbRule, TopographyModel, bridge, sample_slopes};
+use vehicle_class::VehicleClass;
 
 /// Statistical description of roads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -80,6 +82,10 @@ pub struct RoadTypeModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 2.0, max = 70.0))]
     pub truck_limit_mps: Option<f64>,
+    /// Legal limit for buses and coaches on this type beside the signs, in m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 2.0, max = 70.0))]
+    pub coach_limit_mps: Option<f64>,
     /// Ratio of the wind beside the truck to the wind at 10 m.
     #[schemars(range(min = 0.0, max = 1.5))]
     pub wind_exposure: f64,
@@ -142,6 +148,7 @@ pub struct Road {
 pub struct RoadSampler {
     chain: RoadTypeChain,
     sign_chains: Vec<SpeedSignChain>,
+    legal_mps: Vec<f64>,
     types: Vec<RoadTypeModel>,
     model: RoadModel,
 }
@@ -203,8 +210,8 @@ impl RoadTypeModel {
 }
 
 impl RoadSampler {
-    /// Prepares a checked model.
-    pub fn new(model: &RoadModel) -> Self {
+    /// Prepares a checked model for vehicles of a class.
+    pub fn new(model: &RoadModel, class: VehicleClass) -> Self {
         let types: Vec<RoadTypeModel> = model.types.values().cloned().collect();
         let names: Vec<&String> = model.types.keys().collect();
         let next = types
@@ -219,6 +226,7 @@ impl RoadSampler {
         Self {
             chain,
             sign_chains: types.iter().map(|t| t.speed_signs.chain()).collect(),
+            legal_mps: types.iter().map(|t| class.limit_mps(t)).collect(),
             types,
             model: model.clone(),
         }
@@ -227,6 +235,12 @@ impl RoadSampler {
     /// The road types, in the order of their names.
     pub fn types(&self) -> &[RoadTypeModel] {
         &self.types
+    }
+
+    /// Limit of the law on a road type, by its number, for the study's vehicles beside the signs, in
+    /// m/s; infinite where there is none.
+    pub fn legal_mps(&self, road_type: usize) -> f64 {
+        self.legal_mps[road_type]
     }
 
     /// Step of the slope, in m.

@@ -147,6 +147,7 @@ impl ElectricModel {
             start_gear: 1,
             steep_start_gear: 1,
             steep_slope: 1.0,
+            skip_gears: 0,
             launch_gears: 0,
             launch_speed_radps: 0.0,
             open_share: 0.0,

@@ -17,7 +17,7 @@
 //! slipping clutch, and a constant climb does not hunt. In `tests/it/shift_strategy.rs`: each line
 //! of the strategy, and no opposite shifts within 10 s at 30 km/h on 4 % for K_P from 0.2 to 1 s/m.
 
-use crate::lanes::{Lanes, UNBOUNDED, one};
+use crate::lanes::{Flags, Lanes, UNBOUNDED, one};
 use crate::validation::Problems;
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
@@ -222,6 +222,11 @@ pub struct ShiftModel {
     /// Most gears in one upshift.
     #[schemars(range(min = 1.0, max = 20.0))]
     pub most_steps: u32,
+    /// Highest gear (from 1) in which an upshift of a truck that gathers speed waits until it can
+    /// skip the next gear; none where it is left out.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 24.0))]
+    pub skip_gears: u32,
     /// Pedal from which a kick-down is asked for.
     #[schemars(range(min = 0.1, max = 1.0))]
     pub kickdown_pedal: f64,
@@ -251,6 +256,12 @@ pub struct ShiftModel {
     pub open_share: f64,
 }
 
+/// Whether no gear is skipped: what a vehicle does not say.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde lends the value")]
+fn is_zero(number: &u32) -> bool {
+    *number == 0
+}
+
 /// One gear, prepared for the hot loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gear {
@@ -278,6 +289,8 @@ pub struct GearLanes<S: Simd> {
     pub speed_ratio: Lanes<S>,
     /// The same in the next higher gear; 0 in the top gear.
     pub speed_ratio_up: Lanes<S>,
+    /// The same in the gear that an upshift waits for while the truck gathers speed.
+    pub speed_ratio_skip: Lanes<S>,
     /// The same in the next lower gear; unbounded in first gear.
     pub speed_ratio_down: Lanes<S>,
     /// Share of the input torque that the gearbox loses.
@@ -299,6 +312,7 @@ impl<S: Simd> GearLanes<S> {
         Self {
             speed_ratio: all(gears[0].speed_ratio_per_m),
             speed_ratio_up: all(0.0),
+            speed_ratio_skip: all(0.0),
             speed_ratio_down: all(UNBOUNDED),
             loss_share: all(gears[0].loss_share),
             slips_below: all(0.0),
@@ -308,6 +322,12 @@ impl<S: Simd> GearLanes<S> {
         }
     }
 
+    /// Engine speed for each m/s in the gear that the next upshift waits for, in rad/m.
+    #[inline(always)]
+    pub fn upshift_ratio(&self, gathers: Flags<S>) -> Lanes<S> {
+        gathers.select(self.speed_ratio_skip, self.speed_ratio_up)
+    }
+
     /// Engages a gear, from 0, in a lane.
     pub fn engage(&mut self, lane: usize, gear: usize, gears: &[Gear], shift: &ShiftModel) {
         let ratio = |gear: usize| gears.get(gear).map(|gear| gear.speed_ratio_per_m);
@@ -315,6 +335,9 @@ impl<S: Simd> GearLanes<S> {
         let (here, up) = (&gears[gear], ratio(gear + 1));
         self.speed_ratio[lane] = here.speed_ratio_per_m;
         self.speed_ratio_up[lane] = up.unwrap_or(0.0);
+        let skips = gear < shift.skip_gears as usize && shift.most_steps > 1;
+        let skip = if skips { ratio(gear + 2).or(up) } else { up };
+        self.speed_ratio_skip[lane] = skip.unwrap_or(0.0);
         self.speed_ratio_down[lane] = down.unwrap_or(UNBOUNDED);
         self.loss_share[lane] = here.loss_share;
         self.slips_below[lane] = here.slips_below_radps(shift);

@@ -4,7 +4,7 @@ use ocmc_core::distribution::Quantity;
 use ocmc_core::energy::Carrier;
 use ocmc_core::powertrain::component::engine::{EngineModel, FuelModel};
 
-/// The engine of `tractor-40t`: VECTO's 325 kW.
+/// The engine of `tractor-40t-vecto`: VECTO's 325 kW.
 pub(crate) fn engine_b() -> EngineModel {
     let radps = |rpm: &[f64]| rpm.iter().map(|n| n * std::f64::consts::PI / 30.0).collect();
     let kgps = |row: &[f64]| row.iter().map(|g| g / 3.6e6).collect();

@@ -321,6 +321,13 @@ impl CurveSpeedFit {
         let reml = self.random_intercept.as_ref().filter(|_| censored.is_none());
         let reml = reml.map(|drivers| drivers.driver_sd).or(best.driver_sd_corrected);
         let driver_sd = reml.or(best.driver_sd);
+        // drivers whose curves show no exponents of their own have one
+        let slope = self.random_slope.as_ref();
+        let of_slope = |number: fn(&RandomEffects) -> Option<f64>| {
+            slope.map(|drivers| if drivers.singular { 0.0 } else { number(drivers).unwrap_or(0.0) })
+        };
+        let exponent_sd = of_slope(|drivers| drivers.exponent_sd);
+        let driver_correlation = of_slope(|drivers| drivers.correlation);
         let fitted = self.by_driver.iter().filter(|driver| driver.exponent.is_some());
         let table = CurveSpeedTable {
             truck: fitted.clone().map(|driver| driver.driver.clone()).collect(),
@@ -341,6 +348,8 @@ impl CurveSpeedFit {
             error_correlation: best.error_correlation.unwrap_or(0.0),
             parameter_uncertainty: true,
             driver_sd: driver_sd.unwrap_or(model.driver_sd),
+            exponent_sd: exponent_sd.unwrap_or(model.exponent_sd),
+            driver_correlation: driver_correlation.unwrap_or(model.driver_correlation),
             direction_effect: best.direction_effect.unwrap_or(0.0),
             residual_sd: best.residual_sd,
             maximum_radius_m: if asked.is_finite() { asked } else { largest },
