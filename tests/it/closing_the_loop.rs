@@ -38,7 +38,7 @@ predictive_cruise = false
 [driver.speed_change]
 deceleration_mps2 = { distribution = "log_normal", median = 0.6, log_sd = 0.25 }
 acceleration_mps2 = { distribution = "log_normal", median = 0.5, log_sd = 0.25 }
-acceleration_power_factor = 100.0
+acceleration_power_factor = 10.0
 peak_acceleration_ratio = 1.05
 [road.types.rural]
 next = {}
