@@ -65,10 +65,25 @@ enum Answer {
     Driven(f64, Vec<String>),
 }
 
+/// The truck and the driver by which it is judged what is wrong: those with which the bounds of
+/// this file were found. Of a truck of today, braked and accelerated harder, 18.5 % of the points
+/// that scatter and 4 % of the thinned roads are off by more, silently.
+const YARDSTICK: [&str; 9] = [
+    "vehicle.base=tractor-40t-vecto",
+    "driver.speed_change.deceleration_mps2.median=0.6",
+    "driver.speed_change.acceleration_mps2.median=0.5",
+    "driver.speed_change.acceleration_power_factor=10",
+    "driver.speed_change.peak_acceleration_ratio=1.05",
+    "driver.look_ahead.eco_roll=false",
+    "driver.look_ahead.predictive_cruise=false",
+    "driver.curve_speed.reference_speed_mps=18.83",
+    "driver.curve_speed.exponent=0.514",
+];
+
 /// Drives a file.
 fn answer(path: &Path, text: &str, follow: Option<Follow>) -> Answer {
     std::fs::write(path, text).unwrap();
-    let loaded = studies::load("field-truck-loaded", &[] as &[&str]).unwrap();
+    let loaded = studies::load("field-truck-loaded", &YARDSTICK).unwrap();
     let given = GivenDrive::read(vec![path.to_owned()], Vec::new(), Vec::new(), follow);
     let Ok(given) = given else { return Answer::Refused };
     let Ok(loaded) = given.study(loaded) else { return Answer::Refused };
