@@ -71,7 +71,7 @@ def test_a_speed_is_followed_as_by_the_command(truck, speed_file, tmp_path, foll
     else:
         assert run["n_curves"].dtype == np.uint64
         assert (run["driver_kp"] > 0.0).all()
-        assert (run["duration_s"] > 320.0).all(), "a truck with a driver takes longer"
+        assert (run["duration_s"] > 315.0).all(), "a truck with a driver is hardly faster"
     assert len(set(run["fuel_kg"])) == 20, "trucks and weathers are the study's"
 
 

@@ -172,7 +172,9 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
             study.warnings().iter().for_each(|warning| warn(warning));
             let on_roads = (!given.is_nothing()).then(|| given.study(study.clone()));
             let above = on_roads.and_then(Result::ok).and_then(|on_roads| on_roads.above_law());
-            above.iter().for_each(|said| warn(said));
+            if let Some(said) = above {
+                warn(&said);
+            }
             let plan = asked.plan(study, threads, chunk, level);
             check_range(plan.first_cycle, plan.cycles)?;
             let out = out.clone().map(|path| (path, format.unwrap_or_default()));

@@ -27,6 +27,9 @@ use crate::switch::ModelSwitch;
 use mission_part::set_parts;
 use route::Route;
 
+/// How far a sign may lie above the law by rounding, in m/s.
+const ROUNDED_MPS: f64 = 0.1;
+
 /// A limit that no truck reaches, in m/s: what a road without signs shows.
 pub const UNLIMITED_MPS: f64 = 130.0 / 3.6;
 
@@ -109,7 +112,7 @@ impl OperatingCycleSampler {
         let stretches = self.routes.iter().flat_map(Route::signed_stretches);
         let above = stretches.filter_map(|(way_m, sign_mps, road_type)| {
             let legal_mps = self.road.legal_mps(road_type);
-            (sign_mps > legal_mps).then_some([way_m, sign_mps, legal_mps])
+            (sign_mps > legal_mps + ROUNDED_MPS).then_some([way_m, sign_mps, legal_mps])
         });
         above.reduce(|sum, next| {
             let [_, highest_mps, legal_mps] = if next[1] > sum[1] { next } else { sum };
