@@ -92,7 +92,7 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
             "threshold_mps": pedals.threshold_mps,
             "deceleration_mps2": change.deceleration_mps2,
             "acceleration_mps2": change.acceleration_mps2,
-            "peak_acceleration_mps2": change.peak_acceleration_mps2,
+            "peak_acceleration_mps2": change.peak_ratio * change.acceleration_mps2,
             "slips_from": diesel.slips_from(vehicle.auxiliary_power_w),
         }));
         first_row += road.rows.len();
