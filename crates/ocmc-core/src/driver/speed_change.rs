@@ -1,8 +1,8 @@
 //! How hard a driver brakes and accelerates for a change of the desired speed.
 //!
 //! Deceleration: one number of a driver. Acceleration: a law over speed and power to mass,
-//! 1/a(v) = 1/a₀ + v m/(κ P). From rest the driver takes a₀; at speed, a share κ of what the rated
-//! power P could do to the mass m. Both are scaled by the driver's share, the a₀ that he has drawn
+//! 1/a(v) = 1/a₀ + v m/(κ P). From rest the driver takes a₀; with speed it falls by the mass m over a
+//! factor κ times the rated power P. Both are scaled by the driver's share, the a₀ that he has drawn
 //! over the typical one. Without κ the acceleration is a₀ at every speed, as the paper has it.
 //!
 //! The law has closed forms: g = 1/a grows along a rise as g² = g₀² + 2 t m/(κ P), and the way from
@@ -27,10 +27,10 @@ pub struct SpeedChangeModel {
     /// Acceleration from rest, in m/s².
     #[schemars(range(min = 0.05, max = 5.0))]
     pub acceleration_mps2: Quantity,
-    /// Share of the rated power that accelerates the mass at speed; the acceleration is the same at
-    /// every speed where it is left out.
+    /// Factor on the rated power in the law of the acceleration over speed; the acceleration is the
+    /// same at every speed where it is left out, and nearly so at 10 000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.05, max = 10.0))]
+    #[schemars(range(min = 0.05, max = 10_000.0))]
     pub acceleration_power_factor: Option<f64>,
     /// How the desired speed rises.
     pub rise: Rise,
@@ -59,7 +59,7 @@ pub struct SpeedChange {
     pub deceleration_mps2: f64,
     /// Acceleration from rest, in m/s².
     pub acceleration_mps2: f64,
-    /// Share of the rated power that accelerates the mass at speed; unbounded where the
+    /// Factor on the rated power in the law of the acceleration over speed; unbounded where the
     /// acceleration is the same at every speed.
     pub power_factor: f64,
     /// How the desired speed rises.
@@ -70,6 +70,10 @@ pub struct SpeedChange {
     /// there is no limit.
     pub peak_ratio: f64,
 }
+
+/// Factor on the rated power with which the acceleration is the same at every speed but for some
+/// 0.01 %.
+pub const SAME_AT_EVERY_SPEED: f64 = 10_000.0;
 
 /// Ratio of the peak acceleration from which on there is no limit.
 const NO_PEAK_RATIO: f64 = 100.0;

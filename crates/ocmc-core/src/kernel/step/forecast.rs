@@ -8,7 +8,7 @@
 use super::road_row::{RoadRow, Row};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Lanes, UNBOUNDED};
-use crate::powertrain::Powertrain;
+use crate::powertrain::{PedalForces, Powertrain};
 use fearless_simd::prelude::*;
 
 /// Acceleration at which a driver lifts his foot at once, over the most that he asks for [EJ].
@@ -38,7 +38,30 @@ pub(super) struct Forecast<S: Simd> {
     pub neutral: Lanes<S>,
 }
 
+/// Forces at a speed, in N, and the moving mass, in kg.
+struct Asked<S: Simd> {
+    pedal: PedalForces<S>,
+    mass: Lanes<S>,
+    /// Keeps the speed.
+    steady: Lanes<S>,
+    /// Gives the driver's acceleration, beside it.
+    rise: Lanes<S>,
+}
+
 impl<S: Simd, P: Powertrain> State<S, P> {
+    /// What a truck at a speed has and asks for.
+    #[inline(always)]
+    fn asked(&self, row: &Row<S>, speed: Lanes<S>, parameters: &KernelParameters<P>) -> Asked<S> {
+        let (constants, gear) = (&self.constants, &self.gear);
+        let pedal = parameters.powertrain.pedal_forces(&self.powertrain, gear, speed);
+        let slips = (speed * gear.speed_ratio).simd_lt(gear.slips_below);
+        let mass = slips.select(constants.moving_mass_open, constants.moving_mass_closed);
+        let road = constants.mass * (row[RoadRow::ROLLING] + row[RoadRow::GRADE]);
+        let steady = self.motion.drag + road;
+        let rise = mass / (constants.rise_from_rest + constants.rise_per_mps * speed);
+        Asked { pedal, mass, steady, rise }
+    }
+
     /// The accelerator that gives the driver's acceleration at a speed: at the end of a step, as the
     /// power that it asks for grows with the speed.
     #[inline(always)]
@@ -48,28 +71,16 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         speed: Lanes<S>,
         parameters: &KernelParameters<P>,
     ) -> Lanes<S> {
-        let (constants, gear) = (&self.constants, &self.gear);
-        let pedal = parameters.powertrain.pedal_forces(&self.powertrain, gear, speed);
-        let slips = (speed * gear.speed_ratio).simd_lt(gear.slips_below);
-        let mass = slips.select(constants.moving_mass_open, constants.moving_mass_closed);
-        let road = constants.mass * (row[RoadRow::ROLLING] + row[RoadRow::GRADE]);
-        let rise = mass / (constants.rise_from_rest + constants.rise_per_mps * speed);
-        pedal.accelerator(self.motion.drag + road + rise)
+        let Asked { pedal, steady, rise, .. } = self.asked(row, speed, parameters);
+        pedal.accelerator(steady + rise)
     }
 
     /// The outputs of this step.
     #[inline(always)]
     pub(super) fn forecast(&self, row: &Row<S>, parameters: &KernelParameters<P>) -> Forecast<S> {
-        let constants = &self.constants;
-        let speed = self.motion.speed;
-        let (state, gear) = (&self.powertrain, &self.gear);
-        let pedal = parameters.powertrain.pedal_forces(state, gear, speed);
-        let slips = (speed * gear.speed_ratio).simd_lt(gear.slips_below);
-        let mass = slips.select(constants.moving_mass_open, constants.moving_mass_closed);
-        let road = constants.mass * (row[RoadRow::ROLLING] + row[RoadRow::GRADE]);
-        let steady = self.motion.drag + road;
+        let (constants, speed) = (&self.constants, self.motion.speed);
+        let Asked { pedal, mass, steady, rise } = self.asked(row, speed, parameters);
         let slower = steady - mass * constants.twice_deceleration * 0.5;
-        let rise = mass / (constants.rise_from_rest + constants.rise_per_mps * speed);
         let wanted = rise * constants.peak_ratio;
         let most = steady + wanted * LIFTS_AT;
         let excess = most - pedal.coasting;

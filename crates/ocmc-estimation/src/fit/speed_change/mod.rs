@@ -24,7 +24,7 @@ use crate::log::signal::LogError;
 use crate::option_check::{OptionError, above_0, check_options, from_0};
 use law::fit_law;
 use ocmc_core::distribution::{Law, Quantity};
-use ocmc_core::driver::speed_change::SpeedChangeModel;
+use ocmc_core::driver::speed_change::{SAME_AT_EVERY_SPEED, SpeedChangeModel};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
@@ -229,6 +229,11 @@ impl SpeedChangeFit {
         SpeedChangeModel {
             deceleration_mps2: law(&self.deceleration, &model.deceleration_mps2),
             acceleration_mps2: law(&self.acceleration, &model.acceleration_mps2),
+            // what was measured at speed holds there: it is no acceleration from rest
+            acceleration_power_factor: match &self.acceleration {
+                Some(_) => model.acceleration_power_factor.map(|_| SAME_AT_EVERY_SPEED),
+                None => model.acceleration_power_factor,
+            },
             ..model.clone()
         }
     }
@@ -359,6 +364,31 @@ mod tests {
                 fit.by_category[1].n + fit.by_category[3].n
             );
         }
+    }
+
+    #[test]
+    fn a_study_takes_what_was_measured_at_speed_at_every_speed() {
+        let fit = fit(&table(1, 200), &SpeedChangeOptions::default()).unwrap();
+        let law = serde_json::json!({
+            "deceleration_mps2": 0.85, "acceleration_mps2": 0.8, "acceleration_power_factor": 4.0,
+            "rise": "ramp", "launch_speed_mps": 2.0, "peak_acceleration_ratio": 1.5
+        });
+        let base: SpeedChangeModel = serde_json::from_value(law).unwrap();
+        let median = |model: &SpeedChangeModel| model.acceleration_mps2.centre();
+        let typical = |model: &SpeedChangeModel| {
+            let streams = ocmc_core::random::Streams::new(1, 0);
+            model.sample(&streams, false).acceleration(350e3, 40e3)
+        };
+        let fitted = fit.population(&base, false);
+        // at 20 m/s as from rest, where the base has less
+        for speed_mps in [0.0, 20.0] {
+            let at = typical(&fitted).at_mps2(speed_mps);
+            assert!((at / median(&fitted) - 1.0).abs() < 1e-3, "{speed_mps}: {at}");
+        }
+        assert!(typical(&base).at_mps2(20.0) < 0.7 * median(&base));
+        // decelerations alone leave the law of accelerations as it is
+        let downwards = SpeedChangeFit { acceleration: None, ..fit };
+        assert_eq!(downwards.population(&base, false).acceleration_power_factor, Some(4.0));
     }
 
     #[test]
