@@ -36,7 +36,7 @@ pub struct ForeignVehicle {
     pub keys: serde_json::Value,
     /// The built-in vehicle that has the rest.
     pub base: &'static str,
-    /// What its file says and is not used, for people.
+    /// Values of its file that are not used, for people.
     pub notes: Vec<String>,
 }
 

@@ -77,7 +77,7 @@ pub struct LoadedStudy {
     own: Node,
     /// Where the files lie that it names.
     files: Files,
-    /// What the file of a vehicle of another program says and is not used.
+    /// Values of the file of a vehicle of another program that are not used.
     notes: Vec<String>,
 }
 
@@ -107,7 +107,7 @@ impl LoadedStudy {
         warnings
     }
 
-    /// What is said where signs of given routes are above what the law allows the vehicle.
+    /// Warning of signs of given routes above what the law allows the vehicle.
     pub fn above_law(&self) -> Option<String> {
         let [way_m, sign_mps, legal_mps] = self.study.operating_cycle().above_law()?;
         let [sign_kmh, legal_kmh] = [sign_mps, legal_mps].map(|mps| 3.6 * mps);

@@ -41,7 +41,7 @@ pub struct VectoRequest {
 pub struct VectoAnswer {
     /// One for each result.
     pub comparisons: Vec<VectoComparison>,
-    /// What the files of a job say and is not used; absent where they say no such thing.
+    /// Values of the files of a job that are not used; absent where there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
 }

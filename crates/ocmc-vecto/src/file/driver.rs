@@ -123,7 +123,7 @@ impl Coasting {
         })
     }
 
-    /// What is not used of it.
+    /// Values that are not used.
     pub(super) fn notes(&self) -> Vec<String> {
         let asked = [
             ("DF_offset", self.factor_offset, FACTOR_OFFSET),

@@ -16,14 +16,14 @@ pub(super) struct EngineFile {
     idling_speed: f64,
     inertia: f64,
     full_load_curve: Option<String>,
-    /// Of VECTO until 2.0: one for each range of gears.
+    /// Curves of VECTO until 2.0: one for each range of gears.
     #[serde(default)]
     full_load_curves: Vec<GearsCurve>,
     fuel_map: Option<String>,
-    /// Of VECTO 3: `Diesel CI` or 0; absent for diesel.
+    /// Fuel of VECTO 3: `Diesel CI` or 0; absent for diesel.
     #[serde(default)]
     fuel_type: Value,
-    /// Of newer files: one or two fuels with a map each.
+    /// Fuels of newer files: one or two with a map each.
     #[serde(default)]
     fuels: Vec<Value>,
     #[serde(rename = "WHRType", default)]
@@ -71,7 +71,7 @@ impl EngineFile {
         self.fuel_map.as_deref().or(of_fuel)
     }
 
-    /// What is not used of it.
+    /// Values that are not used.
     pub(super) fn notes(&self) -> Vec<String> {
         let recovers = self.heat_recovery.as_str().is_some_and(|kind| kind != "None");
         let note = format!("`WHRType` {}: no waste heat is recovered", self.heat_recovery);

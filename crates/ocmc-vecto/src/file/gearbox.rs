@@ -101,7 +101,7 @@ impl GearboxFile {
         self.kind() != "mt"
     }
 
-    /// What is not used of it.
+    /// Values that are not used.
     pub(super) fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let is_limit = |limit: &Value| number(limit).is_some_and(|limit| limit > 0.0);

@@ -29,7 +29,7 @@ fn truck(path: &Path) -> Result<ForeignVehicle, VectoError> {
     Ok(ForeignVehicle { keys: job.vehicle_keys()?, base: job.base_vehicle(), notes })
 }
 
-/// What holds instead of auxiliaries by technology.
+/// Power that holds instead of auxiliaries by technology.
 const AUXILIARIES: &str = "the power of the auxiliaries is that of the built-in vehicle of its \
                            kind, unless `vehicle.auxiliary_power_w` is set";
 
@@ -65,7 +65,7 @@ pub(super) struct JobBody {
 }
 
 impl JobBody {
-    /// What is not used of its auxiliaries.
+    /// Auxiliaries that are not used.
     fn of_auxiliaries(&self, is_engineering: bool) -> Option<String> {
         let kind = &self.auxiliary_assembly;
         if !["", "classic"].contains(&kind.to_lowercase().as_str()) {
@@ -125,7 +125,7 @@ impl Job {
         &self.driver
     }
 
-    /// What its files say and is not used, for people.
+    /// Values of its files that are not used, for people.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

@@ -1,4 +1,4 @@
-//! What kind of a job a file is: those that are not computed here are refused before their keys are
+//! Kinds of jobs: those that are not computed here are refused before their keys are
 //! looked at.
 
 use super::error::VectoError;

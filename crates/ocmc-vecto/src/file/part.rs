@@ -24,7 +24,7 @@ pub(super) struct Part {
     path: PathBuf,
     /// Version of the form of the file.
     pub(super) version: Option<u32>,
-    /// What it says.
+    /// Values of its body.
     pub(super) body: Value,
 }
 
@@ -57,7 +57,7 @@ impl Part {
         serde_json::from_value(self.body).map_err(|error| json_error(&self.path, &error))
     }
 
-    /// What is not computed here.
+    /// Refuses a part that is not computed here.
     pub(super) fn refused<T>(
         &self,
         what: &'static str,

@@ -162,7 +162,7 @@ impl VehicleFile {
         if self.is_declared() { "cdofvdecl".to_owned() } else { self.cd_corr_mode.to_lowercase() }
     }
 
-    /// What is not used of it.
+    /// Values that are not used.
     pub(super) fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let asked = self.cd_corr_mode.to_lowercase();

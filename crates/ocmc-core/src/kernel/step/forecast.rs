@@ -49,7 +49,7 @@ struct Asked<S: Simd> {
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
-    /// What a truck at a speed has and asks for.
+    /// Forces of a truck at a speed.
     #[inline(always)]
     fn asked(&self, row: &Row<S>, speed: Lanes<S>, parameters: &KernelParameters<P>) -> Asked<S> {
         let (constants, gear) = (&self.constants, &self.gear);
