@@ -36,6 +36,15 @@ def route(tmp_path_factory):
     return path
 
 
+def test_limits_above_those_of_the_class_are_said(truck, tmp_path):
+    path = tmp_path / "coach.csv"
+    path.write_text("position_m,limit_kmh,altitude_m\n" + "".join(f"{k},100,0\n" for k in range(0, 6001, 50)))
+    with pytest.warns(UserWarning, match="limit-above-class"):
+        truck.drive(path, cycles=2)
+    told = command("drive", path, "--cycles", "2", "--quiet")
+    assert told.stderr.count("limit-above-class") == 1
+
+
 def same(run, other):
     assert run.columns == other.columns
     for name in run.columns:

@@ -189,6 +189,25 @@ def test_curves_and_their_fit():
     assert len(drawn(ocmc.plot.curve_fit(bare, fit)).lines) < len(ax.lines)
 
 
+def test_each_driver_has_a_panel_with_its_own_regression():
+    table = pytest.importorskip("pandas").read_csv(CURVES)
+    fit = ocmc.fit_curve_speed(table)
+    panels = ocmc.plot.curve_fit_by_driver(table, fit)
+    drawn(panels[0])
+    names = sorted(set(table["driver"]))
+    assert [panel.get_title(loc="left").split(":")[0] for panel in panels] == names
+    for name, panel in zip(names, panels, strict=True):
+        own = table[table["driver"] == name]
+        (regression,) = (a for a in panel.lines if a.get_linestyle() == "-")
+        slope, height = np.polyfit(np.log(own["radius_m"]), np.log(3.6 * own["speed_mps"]), 1)
+        radius, speed = regression.get_data()
+        np.testing.assert_allclose(np.log(speed), height + slope * np.log(radius))
+        points = np.concatenate([a.get_xydata() for a in panel.lines if a.get_linestyle() == "None"])
+        assert sorted(points[:, 1]) == pytest.approx(sorted(3.6 * own["speed_mps"]))
+    with pytest.raises(ValueError, match=f"`ax` has 2 axes, the drivers need {len(names)}"):
+        ocmc.plot.curve_fit_by_driver(table, fit, ax=panels[:2])
+
+
 def test_many_curves_of_many_drivers_are_small_points():
     draw = np.random.default_rng(1)
     drivers = draw.integers(0, 25, 2000)
@@ -289,6 +308,28 @@ def test_identified_gains_uphill_and_downhill():
     assert len(panels[2].lines) == 0, "nobody has a K_D"
     with pytest.raises(ValueError, match="`ax` has 2 axes"):
         ocmc.plot.identified({"fits": fits}, ax=panels[:2])
+
+
+def test_a_switched_controller_has_its_threshold():
+    def fit(grade, kp, threshold_mps):
+        fitted = [
+            {"name": "kp", "value": kp, "interval": [0.9 * kp, 1.2 * kp]},
+            {"name": "threshold_mps", "value": threshold_mps, "interval": [0.4, 0.9]},
+        ]
+        return {
+            "driver": "a",
+            "grade": grade,
+            "parameters": fitted,
+            "kp": kp,
+            "ki": None,
+            "kd": None,
+            "at_bound": [],
+        }
+
+    panels = ocmc.plot.identified({"fits": [fit(0.03, 0.7, 0.6), fit(-0.03, 0.5, 0.8)]})
+    assert [panel.get_ylabel() for panel in panels] == ["$K_P$, s/m", "$e_{SW}$, m/s"]
+    thresholds = {a.get_ydata()[0] for a in drawn(panels[1]).lines if a.get_marker() == "o"}
+    assert thresholds == {0.6, 0.8}
 
 
 def test_the_share_that_arrives():

@@ -15,7 +15,7 @@ DATA = ROOT / (os.environ.get("OCMC_DATA") or "../shared/data")
 def outside_roads():
     """Curves per km by the sign: the default road beside a map."""
     rows = {}
-    for row in printed_table("", "km", "all", "≤ 50", "60-80", "≥ 100"):
+    for row in printed_table("road", "km", "all", "≤ 50", "60-80", "≥ 100"):
         rows.setdefault(row[0], row)  # below "as drawn" the same words stand again
     shown = [
         ("map", "OpenStreetMap, Lower Saxony", GREY),

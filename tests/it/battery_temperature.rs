@@ -96,7 +96,7 @@ fn on_cold_trips_the_balance_closes_and_heating_is_a_part_of_the_auxiliaries() {
     let mut more = 0.0;
     for (record, without) in cold.iter().zip(&without) {
         assert!(electric_balance(record).abs() < 1e-9, "{record:?}");
-        assert_eq!(record.outside_map_s, without.outside_map_s);
+        assert_eq!(record.outside_map_energy_j, without.outside_map_energy_j);
         let heating_j = record.battery_conditioning_energy_j.unwrap();
         let stops = record.n_charging_stops.unwrap();
         assert!(heating_j < record.auxiliary_energy_j && (stops == 0 || heating_j > 0.0));

@@ -37,8 +37,8 @@ fn assert_finite(records: &[Record], what: &str) {
                 assert!(value.is_finite(), "{what}: {} {value}", column.name);
             }
         }
-        let outside_s = record.outside_map_s.unwrap();
-        assert!((0.0..=record.duration_s + 1e-6).contains(&outside_s), "{what}: {outside_s}");
+        let outside_j = record.outside_map_energy_j.unwrap();
+        assert!(outside_j >= 0.0, "{what}: {outside_j}");
     }
 }
 
@@ -120,15 +120,17 @@ fn whatever_the_map_and_the_truck_every_column_is_a_number() {
 }
 
 #[test]
-fn time_beyond_the_fuel_map_is_counted_and_none_within() {
+fn fuel_beyond_the_map_is_counted_and_none_within() {
     let all = |sets: &[&str]| run(&loaded("field-truck", sets), 8);
-    let outside =
-        |records: &[Record]| -> f64 { records.iter().map(|r| r.outside_map_s.unwrap()).sum() };
+    let outside = |records: &[Record]| -> f64 {
+        records.iter().map(|r| r.outside_map_energy_j.unwrap()).sum()
+    };
     assert_eq!(outside(&all(&WIDE)), 0.0);
     let narrow = all(&NARROW);
     // an idling engine, and every gear but those that happen to turn so
-    let driven: f64 = narrow.iter().map(|record| record.duration_s).sum();
-    assert!(outside(&narrow) > 0.5 * driven, "{} of {driven} s", outside(&narrow));
+    let taken: f64 = narrow.iter().map(|record| record.stored_energy_j().unwrap()).sum();
+    let share = outside(&narrow) / taken;
+    assert!((0.5..=1.0).contains(&share), "{share}");
 }
 
 #[test]
@@ -140,23 +142,29 @@ fn the_count_is_what_the_trace_shows() {
     let model = &diesel(&study).engine_model;
     for cycle_id in 0..4 {
         let trace = trace(&study, 1, cycle_id);
-        let [torque, step, added] =
-            ["engine_torque_nm", "step_s", "outside_map_added_s"].map(|name| column(&trace, name));
-        let mut sum_s = 0.0;
+        let [torque, fuel, added] =
+            ["engine_torque_nm", "fuel_added_kg", "outside_map_energy_added_j"]
+                .map(|name| column(&trace, name));
+        let mut sum_j = 0.0;
         let (mut beyond, mut within) = (0, 0);
         let start = start_speeds_radps(&study, &trace);
-        for k in 0..step.len() {
+        for k in 0..fuel.len() {
             // the piece of the map is that of the step's start
             let covers = model.map_covers(start[k], torque[k]);
-            let expected = if covers { 0.0 } else { step[k] };
-            assert_eq!(added[k], expected, "{cycle_id}, row {k}: {} {}", start[k], torque[k]);
+            let expected = if covers { 0.0 } else { fuel[k] * model.fuel.heating_value_jpkg };
+            assert!(
+                (added[k] - expected).abs() <= 1e-12 * expected,
+                "{cycle_id}, row {k}: {} {}",
+                start[k],
+                torque[k]
+            );
             *(if covers { &mut within } else { &mut beyond }) += 1;
         }
         assert!(beyond > 100 && within > 100, "{cycle_id}: {beyond} and {within} rows");
         for part in added {
-            sum_s += part;
+            sum_j += part;
         }
-        assert_eq!(sum_s, trace.record.outside_map_s.unwrap());
+        assert_eq!(sum_j, trace.record.outside_map_energy_j.unwrap());
     }
 }
 
@@ -167,7 +175,7 @@ fn a_motor_beyond_its_map_and_a_battery_beyond_its_power_are_counted() {
         let study = study("battery-truck", sets);
         let record = trace_scenario(&study, road.scenario(&study)).record;
         assert_finite(std::slice::from_ref(&record), "electric");
-        record.outside_map_s.unwrap() / record.duration_s
+        record.outside_map_energy_j.unwrap() / record.stored_energy_j().unwrap()
     };
     assert_eq!(outside(&[]), 0.0);
     let short =
@@ -192,10 +200,10 @@ fn the_answer_says_it() {
         String::from_utf8(printed.get_output().stdout.clone()).unwrap()
     };
     let text = run(&NARROW, &[]);
-    assert!(text.contains("Beyond the points of the powertrain's maps for"), "{text}");
+    assert!(text.contains("Beyond the points of the powertrain's maps: "), "{text}");
     assert!(text.contains("in 4 of 4 cycles"), "{text}");
     assert!(!run(&WIDE, &[]).contains("Beyond the points"));
     let json: serde_json::Value = serde_json::from_str(&run(&NARROW, &["--json"])).unwrap();
-    assert!(json["saturation"]["outside_map_s"].as_f64().unwrap() > 0.0, "{json}");
+    assert!(json["saturation"]["outside_map_energy_j"].as_f64().unwrap() > 0.0, "{json}");
     assert!(json["saturation"]["limited_s"].is_null());
 }

@@ -298,7 +298,8 @@ fn a_fleet_of_petrol_cars_burns_what_the_car_does_in_town_and_on_highways() {
     let km = sum(|record| record.distance_m) / 1000.0;
     let mean = sum(|record| record.amount(Carrier::LiquidFuel).unwrap()) / 0.745 / km * 100.0;
     let speed_kmh = 3600.0 * km / sum(|record| record.duration_s);
-    let outside = sum(|record| record.outside_map_s.unwrap()) / sum(|record| record.simulated_s);
+    let outside = sum(|record| record.outside_map_energy_j.unwrap())
+        / sum(|record| record.stored_energy_j().unwrap());
     println!("{mean:.2} L/100 km at {speed_kmh:.1} km/h, {outside:.5} beyond the map");
     assert!((highway..town).contains(&mean), "{mean}: {highway} to {town}");
     for record in completed {

@@ -9,10 +9,10 @@ use clap::Args;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::study::Files;
 use ocmc_api::{
-    Asked, CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID,
-    MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat, Reported,
-    RequeueRequest, RouteModel, RunAnswer, RunEnd, RunRequest, SUMMARY, directory_of, mappings,
-    note_report, precision,
+    Answer, Asked, CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep,
+    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat,
+    Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd, RunRequest, SUMMARY, directory_of,
+    mappings, note_report, precision,
 };
 use std::path::{Path, PathBuf};
 
@@ -170,11 +170,6 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
         (out, _) => {
             let study = &asked.load()?;
             study.warnings().iter().for_each(|warning| warn(warning));
-            let on_roads = (!given.is_nothing()).then(|| given.study(study.clone()));
-            let above = on_roads.and_then(Result::ok).and_then(|on_roads| on_roads.above_law());
-            if let Some(said) = above {
-                warn(&said);
-            }
             let plan = asked.plan(study, threads, chunk, level);
             check_range(plan.first_cycle, plan.cycles)?;
             let out = out.clone().map(|path| (path, format.unwrap_or_default()));
@@ -182,6 +177,7 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
             kept(quiet, |watch| ocmc_api::run(&request, &mut |_| (), watch))?
         }
     };
+    answer.warnings().iter().for_each(|warning| warn(warning));
     output::print_run(&answer, json)?;
     let out = arguments.out.as_deref();
     match (answer.ended, out) {

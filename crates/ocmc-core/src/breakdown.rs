@@ -44,7 +44,7 @@ pub enum Amount {
     Distance,
     /// Duration with standstill, in s.
     Duration,
-    /// Positive work at the wheels, in J.
+    /// Positive work at the hubs of the driven wheels, in J.
     Wheel,
     /// What was taken of a carrier, in the unit of its amount.
     Taken(Carrier),

@@ -19,7 +19,7 @@ pub struct FleetPart {
     pub distance_m: f64,
     /// Duration with standstill, in s.
     pub duration_s: f64,
-    /// Positive work at the wheels, in J.
+    /// Positive work at the hubs of the driven wheels, in J.
     pub wheel_energy_j: f64,
     /// What it took of each carrier of its trucks.
     pub taken: Vec<Taken>,

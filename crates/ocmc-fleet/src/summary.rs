@@ -72,20 +72,30 @@ pub struct Saturation {
     pub limited_s: Option<f64>,
     /// Work at the wheels that was missing then, in J; none where a driver model drives.
     pub missing_energy_j: Option<f64>,
-    /// Time beyond the points of the map, in s.
-    pub outside_map_s: f64,
+    /// Energy that the stores gave beyond the points of the map, in J.
+    pub outside_map_energy_j: f64,
+    /// Energy that the stores gave in all, in J.
+    pub stored_energy_j: f64,
 }
 
-/// Share of the driving beyond which the time outside the maps is worth a line.
-pub const OUTSIDE_MAP_SHARE: f64 = 1e-3;
+/// Share of the energy from which what was taken beyond the maps is worth a line (judgement: lines
+/// beyond the points of public maps are 1 to 3 % off there, so less than 0.2 % of the whole).
+pub const OUTSIDE_MAP_SHARE: f64 = 0.05;
 
 impl Saturation {
+    /// Share of the energy that was given beyond the points of the map.
+    pub fn outside_map_share(&self) -> f64 {
+        let share = self.outside_map_energy_j / self.stored_energy_j;
+        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
     fn add(&mut self, record: &Record) {
-        let outside_map_s = record.outside_map_s.unwrap_or(0.0);
-        self.cycles += u64::from(record.limited_s.unwrap_or(0.0) + outside_map_s > 0.0);
+        let outside_j = record.outside_map_energy_j.unwrap_or(0.0);
+        self.cycles += u64::from(record.limited_s.unwrap_or(0.0) + outside_j > 0.0);
         add_known(&mut self.limited_s, record.limited_s);
         add_known(&mut self.missing_energy_j, record.missing_energy_j);
-        self.outside_map_s += outside_map_s;
+        self.outside_map_energy_j += outside_j;
+        self.stored_energy_j += record.stored_energy_j().unwrap_or(0.0);
     }
 }
 

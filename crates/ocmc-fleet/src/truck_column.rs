@@ -58,7 +58,7 @@ const FIELDS: [TruckColumn; 8] = [
     field("payload_distance_kgm", "Payload times distance, in kg m", |t| {
         Cell::Number(Some(t.payload_distance_kgm))
     }),
-    field("wheel_energy_j", "Positive work at the wheels, in J", |t| {
+    field("wheel_energy_j", "Positive work at the hubs of the driven wheels, in J", |t| {
         Cell::Number(Some(t.wheel_energy_j))
     }),
 ];

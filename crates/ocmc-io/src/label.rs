@@ -84,27 +84,27 @@ const ROUNDING_J: f64 = 1.0;
 /// none where that is not worth a word.
 pub fn saturation(summary: &Summary) -> Option<String> {
     let saturation = &summary.saturation;
-    let outside_s = saturation.outside_map_s;
     let (cycles, of) = (grouped(saturation.cycles), grouped(summary.cycles));
     let limited_s = saturation.limited_s.unwrap_or(0.0);
     let missing_j = saturation.missing_energy_j.unwrap_or(0.0);
+    let share = saturation.outside_map_share();
+    let outside = (share >= OUTSIDE_MAP_SHARE)
+        .then(|| format!("{} % of the energy", rounded_share(100.0 * share)));
     // the balance of a step is exact but for rounding
     if !(limited_s > 0.0 || missing_j > ROUNDING_J * summary.cycles as f64) {
-        if outside_s <= OUTSIDE_MAP_SHARE * summary.simulated_s {
-            return None;
-        }
-        let percent = rounded_share(100.0 * outside_s / summary.simulated_s);
-        return Some(format!(
-            "Beyond the points of the powertrain's maps for {percent} % of the driving,\nin {cycles} of {of} cycles."
-        ));
+        return outside.map(|part| {
+            format!(
+                "Beyond the points of the powertrain's maps: {part} was taken there,\nin {cycles} of {of} cycles."
+            )
+        });
     }
     let mut text = format!(
         "Saturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
         rounded(limited_s),
         rounded(missing_j / 3.6e6),
     );
-    if outside_s > 0.0 {
-        let _ = write!(text, ",\n{} s beyond the points of its map", rounded(outside_s));
+    if let Some(part) = outside {
+        let _ = write!(text, ",\n{part} beyond the points of its map");
     }
     text.push('.');
     Some(text)

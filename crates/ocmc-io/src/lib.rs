@@ -1,5 +1,6 @@
 //! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
+pub mod anchor;
 pub mod charging_table;
 pub mod curve_table;
 pub mod drive_cycle;

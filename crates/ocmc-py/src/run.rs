@@ -1,6 +1,7 @@
 //! `ocmc.Run`, and runs on their way between processes: pickled ones, and parts that are put
 //! together again.
 
+use crate::answer::warn;
 use crate::error::exception;
 use crate::pickle::{broken, checksum, read, stream_of};
 use crate::progress::watched;
@@ -97,6 +98,7 @@ pub(crate) fn run(
         let answer = ocmc_api::run(&request, &mut |records| batches.add(records), watch)?;
         Ok((answer, batches.finish()))
     })?;
+    answer.warnings().iter().try_for_each(|warning| warn(py, warning))?;
     Ok(PyRun { answer, records, routes: Vec::new() })
 }
 

@@ -23,7 +23,7 @@ from ocmc.plot._charging import loads, seasons, state_of_charge
 from ocmc.plot._comparison import comparison
 from ocmc.plot._consumption import consumption
 from ocmc.plot._cost import cost
-from ocmc.plot._curve_fit import curve_fit
+from ocmc.plot._curve_fit import curve_fit, curve_fit_by_driver
 from ocmc.plot._differences import differences
 from ocmc.plot._identified import identified
 from ocmc.plot._sensitivity import sensitivity
@@ -37,6 +37,7 @@ __all__ = [
     "consumption",
     "cost",
     "curve_fit",
+    "curve_fit_by_driver",
     "differences",
     "identified",
     "loads",

@@ -1,8 +1,9 @@
 """Curve speed against radius, with the fitted law."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -84,6 +85,115 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     _round_ticks(ax, along_m)
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return spine_free(ax)
+
+
+def curve_fit_by_driver(
+    curves: Any,  # noqa: ANN401 (any table)
+    fit: Mapping[str, Any],
+    *,
+    ax: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Draw speed against radius of measured curves, a panel for each driver or truck with its own regression.
+
+    Parameters
+    ----------
+    curves : table
+        The curves: ``driver``, ``radius_m``, ``speed_mps``, and where known ``direction`` (left, right).
+    fit : dict
+        What `fit_curve_speed` or ``ocmc fit curve-speed --json`` gives for them.
+    ax : sequence of matplotlib.axes.Axes, optional
+        Where to draw, one for each driver; new axes by default, up to five beside one another.
+
+    Returns
+    -------
+    list of matplotlib.axes.Axes
+        The axes, in the order of the drivers' names: radius in m, logarithmic, and speed in km/h. The line is
+        the least-squares regression of log v on log R over this driver's curves; dashed, the law fitted to
+        all. A driver whose curves have one radius has no line.
+
+    Raises
+    ------
+    KeyError
+        Where no curve has a driver.
+    ValueError
+        Where there are not as many axes as drivers.
+
+    Notes
+    -----
+    The picture is figure 9 of Romano, Godio, Bruzelius, Johannesson.
+
+    Examples
+    --------
+    >>> import ocmc
+    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4, "radius_m": [50.0, 100.0, 200.0, 400.0] * 3}
+    >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]}
+    >>> panels = ocmc.plot.curve_fit_by_driver(curves, ocmc.fit_curve_speed(curves))
+    >>> [panel.get_title(loc="left") for panel in panels]
+    ['a: $v_0$ 80.0 km/h, δ 0.491', 'b: $v_0$ 87.8 km/h, δ 0.489', 'c: $v_0$ 77.8 km/h, δ 0.500']
+    """
+    drivers = words(curves, "driver")
+    names = sorted(set(drivers), key=lambda name: (len(name), name))
+    radius_m, speed_kmh = numbers(curves, "radius_m"), KMH_PER_MPS * numbers(curves, "speed_mps")
+    left = words(curves, "direction") == "left" if has(curves, "direction") else None
+    panels = _grid(len(names)) if ax is None else list(ax)
+    if len(panels) != len(names):
+        raise ValueError(f"`ax` has {len(panels)} axes, the drivers need {len(names)}")
+    reference_m, estimated = fit["reference_radius_m"], fit["estimated"]
+    along_m = np.geomspace(*fit["radius_range_m"], 50)
+    pooled = KMH_PER_MPS * estimated["reference_speed_mps"] * (along_m / reference_m) ** estimated["exponent"]
+    for panel, name in zip(panels, names, strict=True):
+        own = drivers == name
+        title = str(name)
+        for marker, side in [("o", False), ("+", True)]:
+            part = own & (not side if left is None else left == side)
+            panel.plot(
+                radius_m[part],
+                speed_kmh[part],
+                marker,
+                color=GREY,
+                markerfacecolor="none",
+                markersize=3,
+                alpha=0.6,
+            )
+        panel.plot(along_m, pooled, color=RED, linestyle="--", linewidth=1.2)
+        x, y = np.log(radius_m[own] / reference_m), np.log(speed_kmh[own])
+        if np.ptp(x) > 0.0:
+            exponent, middle = np.polyfit(x, y, 1)
+            span_m = np.geomspace(radius_m[own].min(), radius_m[own].max(), 50)
+            panel.plot(span_m, np.exp(middle) * (span_m / reference_m) ** exponent, color=BLUE, linewidth=2)
+            title += f": $v_0$ {np.exp(middle):.1f} km/h, δ {exponent:.3f}"
+        panel.set_title(title, fontsize="small", loc="left")
+        panel.set(xscale="log", ylim=(0, None))
+        _round_ticks(panel, along_m)
+        spine_free(panel)
+    for panel in panels:
+        grid = panel.get_subplotspec()
+        if grid is None or grid.is_last_row():
+            panel.set_xlabel("curve radius, m")
+        if grid is None or grid.is_first_col():
+            panel.set_ylabel("speed, km/h")
+    return panels
+
+
+_COLUMNS = 5
+
+
+def _grid(n: int) -> list[Axes]:
+    columns = min(n, _COLUMNS)
+    rows = -(-n // columns)
+    figure, grid = plt.subplots(
+        rows,
+        columns,
+        sharex=True,
+        sharey=True,
+        squeeze=False,
+        layout="constrained",
+        figsize=(3 * columns, 2.4 * rows),
+    )
+    panels = list(np.ravel(grid))
+    for panel in panels[n:]:
+        figure.delaxes(panel)
+    return panels[:n]
 
 
 def _points(ax: Axes, curves: Any, radius_m: _Numbers, speed_kmh: _Numbers) -> None:  # noqa: ANN401

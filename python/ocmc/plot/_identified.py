@@ -11,6 +11,7 @@ from ocmc.plot._axis import BLUE, RED, spine_free
 from ocmc.plot._axis import panels as panels_of
 
 _GAINS = [("kp", "$K_P$, s/m"), ("ki", "$K_I$, 1/m"), ("kd", "$K_D$, s²/m")]
+_SWITCHED = [("kp", "$K_P$, s/m"), ("threshold_mps", "$e_{SW}$, m/s")]
 _SPREAD = 0.3
 
 
@@ -21,24 +22,27 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     ----------
     answer : dict
         What `identify` or ``ocmc identify --json`` gives.
-    ax : sequence of three matplotlib.axes.Axes, optional
-        Where to draw; new axes by default, one above the other.
+    ax : sequence of matplotlib.axes.Axes, optional
+        Where to draw, three of them for a PID controller, two for a switched one; new axes by default, one
+        above the other.
 
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes of K_P, K_I and K_D, logarithmic. A point is one event with its 95 % interval, a driver's
+        The axes of K_P, K_I and K_D, of a switched controller of K_P and its threshold e_SW, logarithmic. A
+        point is one event with its 95 % interval, a driver's
         steepest climb on the left; a hollow one is not identified, as where it ran to a bound. A K_D that
         noise has put below 0 has no place there: its interval alone is seen.
 
     Raises
     ------
     ValueError
-        Where there are not three axes.
+        Where there are not as many axes.
 
     Notes
     -----
-    The split is that of Romano, Godio, Bruzelius, Johannesson, figure of the sorted parameters.
+    The split is that of Romano, Godio, Bruzelius, Johannesson, figures 5 and 6: the optimal
+    parameters, uphill and downhill apart, of the PID and of the switched controller.
 
     Examples
     --------
@@ -48,14 +52,17 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     ['$K_P$, s/m', '$K_I$, 1/m', '$K_D$, s²/m']
     """
     fits = answer["fits"]
-    panels = panels_of(ax, len(_GAINS), "the gains need", figsize=(8, 7))
+    switched = any(_value(fit, "threshold_mps") is not None for fit in fits)
+    gains = _SWITCHED if switched else _GAINS
+    panels = panels_of(ax, len(gains), "the gains need", figsize=(8, 7))
     drivers = sorted({str(fit["driver"]) for fit in fits}, key=lambda name: (len(name), name))
     slopes = sorted({fit["grade"] for fit in fits}, reverse=True)
     offsets = dict(zip(slopes, np.linspace(-_SPREAD, _SPREAD, len(slopes)), strict=True))
     handles: dict[str, Any] = {}
-    for panel, (gain, name) in zip(panels, _GAINS, strict=True):
+    for panel, (gain, name) in zip(panels, gains, strict=True):
         for fit in fits:
-            if fit[gain] is None:
+            value = _value(fit, gain)
+            if value is None:
                 continue
             uphill, found = fit["grade"] > 0, gain not in fit.get("not_identifiable", fit["at_bound"])
             colour = RED if uphill else BLUE
@@ -64,7 +71,7 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
             if interval is not None:
                 panel.plot([place, place], interval, color=colour, linewidth=1.0, alpha=0.6)
             (handle,) = panel.plot(
-                place, fit[gain], "o", color=colour, markersize=5, markerfacecolor=colour if found else "none"
+                place, value, "o", color=colour, markersize=5, markerfacecolor=colour if found else "none"
             )
             handles[("uphill" if uphill else "downhill") + ("" if found else ", not identified")] = handle
         panel.set(yscale="log", ylabel=name)
@@ -85,6 +92,15 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     panels[-1].set_xticks(range(len(drivers)), labels=drivers)
     panels[-1].set_xlabel("driver")
     return panels
+
+
+def _value(fit: Mapping[str, Any], gain: str) -> float | None:
+    """Estimate of a gain, or of the threshold, which is among the parameters alone."""
+    if gain in fit:
+        value: float | None = fit[gain]
+        return value
+    parameters = fit.get("parameters", [])
+    return next((parameter["value"] for parameter in parameters if parameter["name"] == gain), None)
 
 
 def _interval(fit: Mapping[str, Any], gain: str) -> list[float] | None:

@@ -80,6 +80,8 @@ pub struct RunAnswer {
     pub ended: RunEnd,
     /// What was read of files that are driven.
     pub inputs: Vec<FileAccount>,
+    /// What has to be known of what was given.
+    pub doubts: Vec<String>,
 }
 
 /// How a run ended.
@@ -134,7 +136,10 @@ pub fn run(
         None => None,
     };
     let driven = drive(&loaded.study, given, manifest, plan, directory, fleet, sink, watch)?;
-    Ok(RunAnswer { origin: loaded.origin, ..driven })
+    // what a study says of its own roads it says where it is read
+    let doubts = if given.is_nothing() { None } else { loaded.above_law() };
+    let doubts = doubts.into_iter().collect();
+    Ok(RunAnswer { origin: loaded.origin, doubts, ..driven })
 }
 
 /// Finishes a run.
@@ -295,7 +300,15 @@ impl RunAnswer {
     /// Of a run that is read back.
     pub(crate) fn stored(manifest: Manifest, summary: RunSummary, ended: RunEnd) -> Self {
         let origin = Origin::BuiltIn(manifest.study.clone());
-        Self { manifest, summary, origin, resumed: 0, ended, inputs: Vec::new() }
+        Self {
+            manifest,
+            summary,
+            origin,
+            resumed: 0,
+            ended,
+            inputs: Vec::new(),
+            doubts: Vec::new(),
+        }
     }
 
     /// The answer for people, for a terminal of that width.
@@ -327,6 +340,10 @@ const WIDTH: usize = 80;
 impl Answer for RunAnswer {
     fn text(&self) -> String {
         self.text_of_width(WIDTH)
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.doubts.clone()
     }
 }
 

@@ -38,7 +38,7 @@ pub enum Term {
     ServiceBrake,
     /// Work of the engine brake, in J.
     EngineBrake,
-    /// Positive work at the wheels, in J.
+    /// Positive work at the hubs of the driven wheels, in J.
     Wheel,
     /// Energy that the battery's store has lost, charging at stops not counted, in J.
     Battery,
@@ -52,7 +52,8 @@ pub enum Term {
     Charged,
     /// Heat in the battery while it was charged, in J.
     ChargingLoss,
-    /// Time beyond the points of a map, or beyond what the battery can give, in s.
+    /// Energy that the store gave beyond the points of a map, or beyond what the battery can give,
+    /// in J.
     OutsideMap,
     /// Energy of the fuel, in J, where a speed is followed; elsewhere it follows from the mass.
     FuelEnergy,
@@ -169,7 +170,7 @@ pub const TERMS: &[Declaration] = &[
     field(Term::Regenerated, "regenerated_energy_added_j", Place::Outside, Extent::Powertrain),
     field(Term::Charged, "charged_energy_added_j", Place::Outside, Extent::Powertrain),
     field(Term::ChargingLoss, "charging_loss_added_j", Place::Outside, Extent::Powertrain),
-    field(Term::OutsideMap, "outside_map_added_s", Place::Outside, Extent::All),
+    field(Term::OutsideMap, "outside_map_energy_added_j", Place::Outside, Extent::All),
     by_powertrain(field(
         Term::FuelEnergy,
         "fuel_energy_added_j",

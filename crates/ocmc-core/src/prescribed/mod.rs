@@ -134,7 +134,8 @@ pub fn follow_observed(
     let (mut standstill_s, mut n_stops, mut kinetic_j, mut climb_m) = (0.0, 0_u32, 0.0, 0.0);
     let (mut moving, mut driving_j) = (false, 0.0);
     let before_j = powertrain.kinetic_j();
-    let inertia_kg = body.mass_kg + (body.wheel_mass_kg + powertrain.rotating_mass_kg());
+    let rotating_kg = powertrain.rotating_mass_kg();
+    let inertia_kg = body.mass_kg + (body.wheel_mass_kg + rotating_kg);
     for step in cycle.steps() {
         let CycleStep { speed, slope } = step;
         let (v, distance_m) = (speed.mean_mps(), speed.distance_m());
@@ -146,7 +147,9 @@ pub fn follow_observed(
         if distance_m > 0.0 {
             let brake_n = (done.wheel_n - wanted_n).max(0.0);
             let engine_brake_n = brake_n.min(done.engine_brake_reach_n);
-            ledger[Term::Wheel] += done.wheel_n.max(0.0) * distance_m;
+            // at the hubs: what speeds up the motor does not come through them
+            let hub_n = done.wheel_n - rotating_kg * speed.acceleration_mps2();
+            ledger[Term::Wheel] += hub_n.max(0.0) * distance_m;
             ledger[Term::EngineBrake] += engine_brake_n * distance_m;
             ledger[Term::ServiceBrake] += (brake_n - engine_brake_n) * distance_m;
             ledger[Term::Missing] += (wanted_n - done.wheel_n).max(0.0) * distance_m;

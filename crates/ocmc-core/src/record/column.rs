@@ -199,7 +199,7 @@ const FIELDS: &[Column] = &[
     column_of("final_charge", |r| Cell::Number(r.final_charge)),
     column_of("limited_s", |r| Cell::Number(r.limited_s)),
     column_of("missing_energy_j", |r| Cell::Number(r.missing_energy_j)),
-    column_of("outside_map_s", |r| Cell::Number(r.outside_map_s)),
+    column_of("outside_map_energy_j", |r| Cell::Number(r.outside_map_energy_j)),
     column_of("truck_id", |r| Cell::Integer(Some(r.truck_id))),
     column_of("driver_id", |r| Cell::Integer(r.driver_id)),
     column_of("trip", |r| Cell::Integer(Some(r.trip))),

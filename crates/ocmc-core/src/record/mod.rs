@@ -73,7 +73,8 @@ pub struct Record {
     pub n_stops: u32,
     /// Gear shifts; the choice of a starting gear is none.
     pub n_gear_shifts: u32,
-    /// Integral of the positive wheel force over distance, in J; not part of the balance.
+    /// Positive work at the hubs of the driven wheels, in J: the wheel force without what speeds up
+    /// the engine or the motor, where it is positive, over distance. Not part of the balance.
     pub wheel_energy_j: f64,
     /// Service and engine brake together, in J; of a battery-electric vehicle the service brakes.
     pub brake_energy_j: f64,
@@ -82,7 +83,7 @@ pub struct Record {
     pub regenerated_energy_j: Option<f64>,
     /// Work of the auxiliaries, in J, standstill included.
     pub auxiliary_energy_j: f64,
-    /// Positive work at the wheels over distance, in kWh/km.
+    /// Positive work at the hubs of the driven wheels over distance, in kWh/km.
     pub wheel_kwh_per_km: f64,
     /// Carbon dioxide from burning the fuel over distance, in g/km.
     pub co2_g_per_km: Option<f64>,
@@ -178,10 +179,10 @@ pub struct Record {
     /// Work at the wheels that was missing then, in J: a source in the energy balance; null where
     /// somebody drives.
     pub missing_energy_j: Option<f64>,
-    /// Time beyond the points of the map of engine or motor, in s, where a motor's map is held and
-    /// an engine's goes on with its last slope. With it counts the time in which more was drawn
-    /// than the battery has at any current. To a step where an edge is crossed.
-    pub outside_map_s: Option<f64>,
+    /// Energy that the store gave beyond the points of the map of engine or motor, in J, where a
+    /// motor's map is held and an engine's goes on with its last slope. With it counts what was
+    /// drawn beyond what the battery has at any current. To a step where an edge is crossed.
+    pub outside_map_energy_j: Option<f64>,
     /// Its truck; where each trip has a truck of its own, the id of the cycle.
     pub truck_id: u64,
     /// Its driver: one of the truck's, or of the pool; null where a speed is followed exactly.
@@ -429,7 +430,7 @@ impl Record {
             Term::Regenerated => &mut self.regenerated_energy_j,
             Term::Charged => &mut self.charged_energy_j,
             Term::ChargingLoss => &mut self.charging_loss_j,
-            Term::OutsideMap => &mut self.outside_map_s,
+            Term::OutsideMap => &mut self.outside_map_energy_j,
             Term::Limited => &mut self.limited_s,
             Term::Missing => &mut self.missing_energy_j,
             // the powertrain writes it, or it has a column of its own

@@ -1,6 +1,7 @@
 //! The report of a run: one HTML file that opens offline, on a phone, in print, light and dark,
 //! without scripts.
 
+mod anchors;
 mod charging;
 mod charging_pictures;
 mod comparison;
@@ -142,6 +143,7 @@ pub fn html(run: &Reported) -> String {
     page.push_str(&repeat.section(run));
     page.push_str(&tables::study(run));
     page.push_str(&tables::provenance(run));
+    page.push_str(&anchors::anchors(run));
     format!("{}{}{FOOT}", head(run), folded(&page))
 }
 

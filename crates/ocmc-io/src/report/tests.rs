@@ -45,6 +45,8 @@ fn the_report_has_every_part_and_fetches_nothing() {
         "1 of 200 cycles was not completed",
         "stalled",
         "Provenance",
+        "Beside published figures",
+        "VECTO 3, generic tractor of 2016",
         "length_m = 2000.0",
         "prefers-color-scheme: dark",
         "@media print",

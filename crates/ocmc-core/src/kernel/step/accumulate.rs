@@ -48,12 +48,15 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let drag = lerp(weight, first.drag, second.drag);
         let engine_brake = lerp(weight, start.engine_brake, later.engine_brake);
         let service_brake = lerp(weight, start.brake, later.brake) - engine_brake;
-        let half_change = weight * (later.wheel - start.wheel);
-        let wheel = start.wheel + half_change;
+        // at the hubs: what speeds up the engine or the motor does not come through them
+        let inertia = self.constants.moving_mass_closed - self.constants.moving_mass_open;
+        let rotating = masked(coupling.closed & coupling.engaged, inertia);
+        let hub = start.wheel - rotating * first.acceleration;
+        let later_hub = later.wheel - rotating * second.acceleration;
         // the mean of the positive part of a force that changes evenly
-        let wheel_end = wheel + half_change;
-        let positive = start.wheel.max(0.0) + wheel_end.max(0.0);
-        let twice = start.wheel.abs() + wheel_end.abs();
+        let hub_end = hub + (weight + weight) * (later_hub - hub);
+        let positive = hub.max(0.0) + hub_end.max(0.0);
+        let twice = hub.abs() + hub_end.abs();
         let driving = positive * positive / (twice + twice + SMALLEST_FORCE_N);
         let mut ledger = StepLedger::new(dt.simd, &mut self.ledger);
         ledger.add(Term::Time, dt);

@@ -160,7 +160,7 @@ impl InversePowertrain for InverseBatteryElectric<'_> {
         ledger[Term::Transmission] += chosen.lost_n * step.distance_m();
         let covers = || model.motor.map_covers(per_m * step.mean_mps(), chosen.motor_nm);
         if overdrawn || !standing && !covers() {
-            ledger[Term::OutsideMap] += step.dt_s;
+            ledger[Term::OutsideMap] += (flow.store_w * step.dt_s).max(0.0);
         }
         InverseStep {
             wheel_n: chosen.wheel_n,

@@ -93,7 +93,7 @@ impl BatteryElectricPowertrain {
         state.charge -= store * dt * (1.0 / battery.capacity_j);
         let covered = self.model.motor.maps_cover(shaft.speed, torque)
             & !battery.overdrawn(charge, terminals, &state.limits);
-        ledger.add(Term::OutsideMap, masked(!covered, dt));
+        ledger.add(Term::OutsideMap, masked(!covered, (store * dt).max(0.0)));
         [torque, terminals]
     }
 
@@ -118,7 +118,7 @@ impl BatteryElectricPowertrain {
         ledger[Term::BatteryLoss] += flow.loss_w * drawn_s;
         ledger[Term::Auxiliary] += drawn_w * drawn_s;
         if battery.is_overdrawn(charge, drawn_w) {
-            ledger[Term::OutsideMap] += drawn_s;
+            ledger[Term::OutsideMap] += (flow.store_w * drawn_s).max(0.0);
         }
         let empties = drawn_s < time_s;
         let after = charge - flow.store_w * drawn_s / battery.capacity_j;

@@ -285,7 +285,7 @@ impl InversePowertrain for InverseCombustion<'_> {
         ledger[Term::Shift] += 0.5 * model.inertia_kgm2 * jump;
         ledger[Term::FuelEnergy] += fuel_j;
         if !model.map_covers(fit.engine_radps, engine_nm) {
-            ledger[Term::OutsideMap] += step.dt_s;
+            ledger[Term::OutsideMap] += fuel_j;
         }
         let reach_nms = self.powertrain.engine_brake_nms * fit.engine_radps;
         InverseStep {

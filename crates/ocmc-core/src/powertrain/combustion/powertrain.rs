@@ -100,11 +100,12 @@ impl CombustionPowertrain {
         ledger: &mut Ledger<f64>,
     ) {
         let torque_nm = power_w / speed_radps;
-        ledger[Term::Fuel] += self.engine.fuel_kgps(speed_radps, torque_nm) * fuel_factor * time_s;
+        let fuel_kg = self.engine.fuel_kgps(speed_radps, torque_nm) * fuel_factor * time_s;
+        ledger[Term::Fuel] += fuel_kg;
         ledger[Term::Crankshaft] += power_w * time_s;
         ledger[Term::Auxiliary] += power_w * time_s;
         if !self.engine_model.map_covers(speed_radps, torque_nm) {
-            ledger[Term::OutsideMap] += time_s;
+            ledger[Term::OutsideMap] += fuel_kg * self.engine_model.fuel.heating_value_jpkg;
         }
     }
 
@@ -387,10 +388,12 @@ impl Powertrain for CombustionPowertrain {
         let drag = drag_0 + drag_1 * shaft.speed;
         let rate = self.engine.fuel_rates(shaft.speed, torque, drag) * state.fuel_factor;
         ledger.add(Term::Crankshaft, torque * shaft.angle);
-        ledger.add(Term::Fuel, rate * shaft.dt);
+        let fuel = rate * shaft.dt;
+        ledger.add(Term::Fuel, fuel);
         ledger.add(Term::Auxiliary, auxiliary * shaft.angle);
         let outside = torque.simd_gt(state.curves.map_torque);
-        ledger.add(Term::OutsideMap, masked(outside, shaft.dt));
+        let heating = self.engine_model.fuel.heating_value_jpkg;
+        ledger.add(Term::OutsideMap, masked(outside, fuel * heating));
         let slipped = shaft.angle - shaft.gearbox_angle;
         ledger.add(Term::Clutch, shaft.gearbox_torque * slipped);
         ledger.add(Term::EngineBrake, shaft.engine_brake);

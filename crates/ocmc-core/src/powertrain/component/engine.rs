@@ -130,15 +130,25 @@ impl EngineModel {
     /// Torque up to which the map has points at a speed in rad/s, in Nm; without end below zero
     /// where it has none.
     fn map_reach_nm(&self, speed_radps: f64) -> f64 {
+        let [at_rest_nm, slope_nms] = self.map_reach(speed_radps);
+        at_rest_nm + slope_nms * speed_radps
+    }
+
+    /// The same as a line over the speed that holds from the row before a speed to the one behind
+    /// it: from the last point of the one to the last point of the other. At rest, in Nm, and its
+    /// slope, in Nm s.
+    fn map_reach(&self, speed_radps: f64) -> [f64; 2] {
         let speeds = &self.map_speed_radps;
         let above = speeds.partition_point(|knot| *knot < speed_radps);
         if speed_radps < speeds[0] || above == speeds.len() {
-            return f64::NEG_INFINITY;
+            return [f64::NEG_INFINITY, 0.0];
         }
-        // between two rows the shorter one counts, on a row it alone
-        let below = if speeds[above] > speed_radps { above - 1 } else { above };
-        let rows = &self.map_fuel_kgps[below..=above];
-        rows.iter().map(|row| self.map_torque_nm[row.len() - 1]).fold(f64::INFINITY, f64::min)
+        let last_nm = |row: usize| self.map_torque_nm[self.map_fuel_kgps[row].len() - 1];
+        if speeds[above] <= speed_radps {
+            return [last_nm(above), 0.0];
+        }
+        let slope_nms = (last_nm(above) - last_nm(above - 1)) / (speeds[above] - speeds[above - 1]);
+        [last_nm(above) - slope_nms * speeds[above], slope_nms]
     }
 }
 
@@ -198,8 +208,8 @@ struct CurvePiece {
     /// The lines of full load below and above the piece where they end it, as its own otherwise:
     /// [`Curves::full_load_nm`].
     bounds: CurveRow,
-    /// Where the piece begins and ends, in rad/s, and the torque up to which the map has points, in
-    /// Nm: without end below zero where it has none at the speed. The fourth number fills the row.
+    /// Where the piece begins and ends, in rad/s, and the torque up to which the map has points, a
+    /// line over the speed: at rest, in Nm, without end below zero where it has none, and its slope.
     reach: [f64; 4],
 }
 
@@ -253,9 +263,14 @@ impl Engine {
         for (k, (piece, row)) in curves.iter_mut().zip(&rows).enumerate() {
             let from_radps = k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| curve_knots[k]);
             let to_radps = curve_knots.get(k).copied().unwrap_or(f64::INFINITY);
-            let map_torque_nm = model.map_reach_nm(middle(&curve_knots, k)) * (1.0 + ROUNDING);
+            let [map_nm, map_nms] = model.map_reach(middle(&curve_knots, k));
             let bounds = full_load_bounds(&rows, k);
-            let reach = [from_radps, to_radps, map_torque_nm, 0.0];
+            let reach = [
+                from_radps,
+                to_radps,
+                map_nm + ROUNDING * map_nm.abs(),
+                map_nms * (1.0 + ROUNDING),
+            ];
             *piece = CurvePiece { row: *row, bounds, reach };
         }
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
@@ -320,12 +335,12 @@ impl Engine {
             #[inline(always)]
             |lane| &pieces[lane].bounds,
         );
-        let [_, _, map_torque, _] = columns(
+        let [_, _, map_0, map_1] = columns(
             simd,
             #[inline(always)]
             |lane| &pieces[lane].reach,
         );
-        Curves { lines, bounds, map_torque }
+        Curves { lines, bounds, map_torque: map_0 + map_1 * speed_radps }
     }
 
     /// Highest full-load torque, in Nm.
@@ -539,8 +554,9 @@ mod tests {
         let model = engine_b();
         let rpm = |n: f64| n * std::f64::consts::PI / 30.0;
         assert!(model.map_covers(rpm(1053.0), 2134.0) && model.map_covers(rpm(1200.0), -300.0));
-        // the rows of 1367 and 1490 rpm end at 2134 and 1707 Nm
-        assert!(!model.map_covers(rpm(1400.0), 2000.0) && model.map_covers(rpm(1300.0), 2000.0));
+        // the rows of 1367 and 1490 rpm end at 2134 and 1707 Nm: a line between them
+        assert!(!model.map_covers(rpm(1450.0), 1900.0) && model.map_covers(rpm(1450.0), 1800.0));
+        assert!(!model.map_covers(rpm(1490.0), 1750.0) && model.map_covers(rpm(1300.0), 2000.0));
         assert!(!model.map_covers(rpm(1900.0), 100.0) && !model.map_covers(rpm(590.0), 100.0));
     }
 
