@@ -263,14 +263,10 @@ impl Engine {
         for (k, (piece, row)) in curves.iter_mut().zip(&rows).enumerate() {
             let from_radps = k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| curve_knots[k]);
             let to_radps = curve_knots.get(k).copied().unwrap_or(f64::INFINITY);
-            let [map_nm, map_nms] = model.map_reach(middle(&curve_knots, k));
+            let [map_nm, map_nms] =
+                model.map_reach(middle(&curve_knots, k)).map(|part| part * (1.0 + ROUNDING));
             let bounds = full_load_bounds(&rows, k);
-            let reach = [
-                from_radps,
-                to_radps,
-                map_nm + ROUNDING * map_nm.abs(),
-                map_nms * (1.0 + ROUNDING),
-            ];
+            let reach = [from_radps, to_radps, map_nm, map_nms];
             *piece = CurvePiece { row: *row, bounds, reach };
         }
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
