@@ -38,7 +38,8 @@ def route(tmp_path_factory):
 
 def test_limits_above_those_of_the_class_are_said(truck, tmp_path):
     path = tmp_path / "coach.csv"
-    path.write_text("position_m,limit_kmh,altitude_m\n" + "".join(f"{k},100,0\n" for k in range(0, 6001, 50)))
+    rows = "".join(f"{k},100,0,0,0\n" for k in range(0, 6001, 50))
+    path.write_text("position_m,limit_kmh,altitude_m,curvature_per_m,stop_s\n" + rows)
     with pytest.warns(UserWarning, match="limit-above-class"):
         truck.drive(path, cycles=2)
     told = command("drive", path, "--cycles", "2", "--quiet")

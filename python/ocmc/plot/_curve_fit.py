@@ -129,7 +129,7 @@ def curve_fit_by_driver(
     >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]}
     >>> panels = ocmc.plot.curve_fit_by_driver(curves, ocmc.fit_curve_speed(curves))
     >>> [panel.get_title(loc="left") for panel in panels]
-    ['a: $v_0$ 80.0 km/h, δ 0.491', 'b: $v_0$ 87.8 km/h, δ 0.489', 'c: $v_0$ 77.8 km/h, δ 0.500']
+    ['a: $v_0$ 79.8 km/h, δ 0.492', 'b: $v_0$ 87.7 km/h, δ 0.492', 'c: $v_0$ 77.0 km/h, δ 0.500']
     """
     drivers = words(curves, "driver")
     names = sorted(set(drivers), key=lambda name: (len(name), name))
