@@ -101,7 +101,7 @@ PHYSICS = [
     ),
     Mutation(
         "rolling resistance of the empty truck",
-        "rolling_coefficient(&self.axles, {{mass_kg}}, range, exponent)",
+        "rolling_coefficient(&self.axles, {{mass_kg}}, self.load_range(), self.rolling_load_exponent)",
         "self.curb_mass_kg",
         "core-it sampled::driver",
     ),
@@ -173,7 +173,7 @@ PHYSICS = [
     ),
     Mutation(
         "no anti-windup",
-        "integral_rate: {{constants.integral_gain * error + constants.tracking * (realised - output)}},",
+        "{{constants.integral_gain * error + constants.tracking * (realised - output)}},",
         "constants.integral_gain * error",
         "it closed_loop::integral_clamp closed_loop::anti_windup",
     ),
@@ -203,7 +203,7 @@ PHYSICS = [
     ),
     Mutation(
         "an idling engine without auxiliaries",
-        "let torque = {{power_w / idle_radps}};",
+        "let torque_nm = {{power_w / speed_radps}};",
         "0.0 * power_w",
         "it forces::",
     ),
@@ -221,7 +221,7 @@ PHYSICS = [
     ),
     Mutation(
         "the battery's current as of half its resistance",
-        "let under = voltage * voltage - power_w * ({{4.0}} * self.resistance_ohm);",
+        "let under = voltage * voltage - power_w * (limits.resistance * {{4.0}});",
         "2.0",
         "core battery::tests",
     ),
@@ -280,7 +280,7 @@ PLANNING = [
     ),
     Mutation(
         "the accelerating branch starts at the segment's limit, whatever the branch before",
-        "lower(node + slope * segment.length_m, {{lower(branch.backward_end, branch.limit)}})",
+        "let level = {{lower(branch.backward_end, branch.limit)}};",
         "branch.limit",
         "it tactical::",
     ),
@@ -399,9 +399,9 @@ SAMPLING = [
 
 STATISTICS = [
     Mutation(
-        "the clustered sandwich without (n-1)/(n-p)",
-        "libm::sqrt(of_exponent * correction * {{(n - 1.0) / (n - p)}})",
-        "(n / n) * (p / p)",
+        "the drivers' levels of the clustered error without n/(n-1)",
+        "(levels[group] - mean_level) / count * {{libm::sqrt(count / (count - 1.0))}};",
+        "(count / count)",
         "estimation-it fit::clustered_error",
     ),
     Mutation(
