@@ -139,7 +139,8 @@ def curve_fit_by_driver(
     if len(panels) != len(names):
         raise ValueError(f"`ax` has {len(panels)} axes, the drivers need {len(names)}")
     reference_m, estimated = fit["reference_radius_m"], fit["estimated"]
-    along_m = np.geomspace(*fit["radius_range_m"], 50)
+    smallest_m, largest_m = fit["radius_range_m"]
+    along_m = np.geomspace(smallest_m, largest_m, 50)
     pooled = KMH_PER_MPS * estimated["reference_speed_mps"] * (along_m / reference_m) ** estimated["exponent"]
     for panel, name in zip(panels, names, strict=True):
         own = drivers == name
