@@ -312,24 +312,14 @@ def test_identified_gains_uphill_and_downhill():
 
 def test_a_switched_controller_has_its_threshold():
     def fit(grade, kp, threshold_mps):
-        fitted = [
-            {"name": "kp", "value": kp, "interval": [0.9 * kp, 1.2 * kp]},
-            {"name": "threshold_mps", "value": threshold_mps, "interval": [0.4, 0.9]},
-        ]
-        return {
-            "driver": "a",
-            "grade": grade,
-            "parameters": fitted,
-            "kp": kp,
-            "ki": None,
-            "kd": None,
-            "at_bound": [],
-        }
+        gains = {"kp": kp, "ki": None, "kd": None, "threshold_mps": threshold_mps, "at_bound": []}
+        return {"driver": "a", "grade": grade} | gains
 
-    panels = ocmc.plot.identified({"fits": [fit(0.03, 0.7, 0.6), fit(-0.03, 0.5, 0.8)]})
+    panels = ocmc.plot.identified({"fits": [fit(0.03, 0.7, 0.0), fit(-0.03, 0.5, 0.8)]})
     assert [panel.get_ylabel() for panel in panels] == ["$K_P$, s/m", "$e_{SW}$, m/s"]
+    assert [panel.get_yscale() for panel in panels] == ["log", "linear"], "a threshold may be 0"
     thresholds = {a.get_ydata()[0] for a in drawn(panels[1]).lines if a.get_marker() == "o"}
-    assert thresholds == {0.6, 0.8}
+    assert thresholds == {0.0, 0.8}
 
 
 def test_the_share_that_arrives():

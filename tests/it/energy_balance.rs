@@ -178,3 +178,42 @@ fn fuel_is_the_map_evaluated_again_on_the_trace() {
         assert!((again / trace.record.amount(Carrier::LiquidFuel).unwrap() - 1.0).abs() < 1e-6);
     }
 }
+
+#[test]
+fn work_at_the_hubs_is_what_moves_the_truck_without_the_engine() {
+    for name in ["field-truck", "battery-truck"] {
+        let study = study(name, &["mission.length_m=20000"]);
+        let scenario = study.sample(1, 3);
+        // what is behind the hubs: the truck and its wheels, no engine and no motor
+        let mass_kg = scenario.vehicle.mass_kg + study.vehicle().model.wheel_mass_kg();
+        let trace = trace(&study, 1, 3);
+        let terms = [
+            "drag_energy_added_j",
+            "rolling_energy_added_j",
+            "potential_added_j",
+            "service_brake_energy_added_j",
+        ]
+        .map(|name| column(&trace, name));
+        let [hub, speed] = ["wheel_energy_added_j", "speed_mps"].map(|name| column(&trace, name));
+        let (mut driven, mut same, mut sum_j, mut hub_j, mut kinetic_j) = (0, 0, 0.0, 0.0, 0.0);
+        for k in (1..hub.len()).filter(|k| hub[*k] > 0.0 && terms[3][*k] == 0.0) {
+            let gained_j = 0.5 * mass_kg * (speed[k] * speed[k] - speed[k - 1] * speed[k - 1]);
+            let needed_j = gained_j + terms[..3].iter().map(|term| term[k]).sum::<f64>();
+            // where the force turns within the step it is positive in a part of it alone
+            assert!(
+                hub[k] >= needed_j - 1e-6 * hub[k].max(1.0),
+                "{name} {k}: {} {needed_j}",
+                hub[k]
+            );
+            if gained_j > 0.0 {
+                (driven, sum_j, kinetic_j) = (driven + 1, sum_j + needed_j, kinetic_j + gained_j);
+                hub_j += hub[k];
+                same += usize::from((hub[k] - needed_j).abs() <= 1e-6 * hub[k].max(1.0));
+            }
+        }
+        assert!(driven > 100 && kinetic_j > 0.1 * sum_j, "{name}: {driven} {kinetic_j} {sum_j}");
+        // it turns where torque comes back after a shift
+        assert!(20 * same >= 19 * driven, "{name}: {same} of {driven}");
+        assert!((hub_j / sum_j - 1.0).abs() < 1e-3, "{name}: {hub_j} {sum_j}");
+    }
+}

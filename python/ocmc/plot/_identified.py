@@ -29,10 +29,10 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes of K_P, K_I and K_D, of a switched controller of K_P and its threshold e_SW, logarithmic. A
-        point is one event with its 95 % interval, a driver's
-        steepest climb on the left; a hollow one is not identified, as where it ran to a bound. A K_D that
-        noise has put below 0 has no place there: its interval alone is seen.
+        The axes of K_P, K_I and K_D, of a switched controller of K_P and its threshold e_SW; gains are
+        logarithmic. A point is one event with its 95 % interval, a driver's steepest climb on the left; a
+        hollow one is not identified, as where it ran to a bound. A K_D that noise has put below 0 has no
+        place there: its interval alone is seen.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     ['$K_P$, s/m', '$K_I$, 1/m', '$K_D$, s²/m']
     """
     fits = answer["fits"]
-    switched = any(_value(fit, "threshold_mps") is not None for fit in fits)
+    switched = any(fit.get("threshold_mps") is not None for fit in fits)
     gains = _SWITCHED if switched else _GAINS
     panels = panels_of(ax, len(gains), "the gains need", figsize=(8, 7))
     drivers = sorted({str(fit["driver"]) for fit in fits}, key=lambda name: (len(name), name))
@@ -61,8 +61,7 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     handles: dict[str, Any] = {}
     for panel, (gain, name) in zip(panels, gains, strict=True):
         for fit in fits:
-            value = _value(fit, gain)
-            if value is None:
+            if fit[gain] is None:
                 continue
             uphill, found = fit["grade"] > 0, gain not in fit.get("not_identifiable", fit["at_bound"])
             colour = RED if uphill else BLUE
@@ -71,13 +70,17 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
             if interval is not None:
                 panel.plot([place, place], interval, color=colour, linewidth=1.0, alpha=0.6)
             (handle,) = panel.plot(
-                place, value, "o", color=colour, markersize=5, markerfacecolor=colour if found else "none"
+                place, fit[gain], "o", color=colour, markersize=5, markerfacecolor=colour if found else "none"
             )
             handles[("uphill" if uphill else "downhill") + ("" if found else ", not identified")] = handle
-        panel.set(yscale="log", ylabel=name)
-        panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        panel.yaxis.set_major_formatter("{x:g}")
-        panel.yaxis.set_minor_formatter(NullFormatter())
+        panel.set_ylabel(name)
+        if gain == "threshold_mps":
+            panel.set_ylim(bottom=0)  # it may be none at all
+        else:
+            panel.set_yscale("log")
+            panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            panel.yaxis.set_major_formatter("{x:g}")
+            panel.yaxis.set_minor_formatter(NullFormatter())
         panel.grid(axis="y", alpha=0.3)
         spine_free(panel)
     labels = sorted(handles, key=lambda label: (label.startswith("down"), label))
@@ -92,15 +95,6 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     panels[-1].set_xticks(range(len(drivers)), labels=drivers)
     panels[-1].set_xlabel("driver")
     return panels
-
-
-def _value(fit: Mapping[str, Any], gain: str) -> float | None:
-    """Estimate of a gain, or of the threshold, which is among the parameters alone."""
-    if gain in fit:
-        value: float | None = fit[gain]
-        return value
-    parameters = fit.get("parameters", [])
-    return next((parameter["value"] for parameter in parameters if parameter["name"] == gain), None)
 
 
 def _interval(fit: Mapping[str, Any], gain: str) -> list[float] | None:
