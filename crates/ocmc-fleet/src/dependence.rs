@@ -54,7 +54,7 @@ impl Dependence {
         replicates: Option<u64>,
         seed: u64,
     ) -> Self {
-        let Nesting { trips_per_truck, drivers, days, levels } = fleet.nesting();
+        let Nesting { trips_per_truck, drivers, days, levels, .. } = fleet.nesting();
         let shares_days = levels.iter().any(|(_, level)| *level == Level::Day);
         let pool = match drivers {
             Drivers::OfTruck(_) => None,

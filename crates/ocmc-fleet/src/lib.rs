@@ -15,6 +15,7 @@
     )
 )]
 
+pub mod adjustment;
 pub mod association;
 pub mod bound;
 pub mod charging;
@@ -27,6 +28,7 @@ pub mod dependence;
 pub mod histogram;
 pub mod kaplan_meier;
 pub mod load;
+mod outline_sample;
 mod pair;
 pub mod parts;
 pub mod precision;

@@ -1,6 +1,6 @@
 //! Runs that end when their answer is precise enough.
 //!
-//! The answer is checked after fixed numbers of cycles: 1000, and then 1.25 times as many each
+//! The answer is checked after fixed numbers of cycles: 250, and then 1.25 times as many each
 //! time, whatever the number of threads. It is precise enough when half of its 95 % interval,
 //! relative to it, is at most what was asked for.
 //!
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// Cycles before the first check.
-pub const FIRST_CHECK: u64 = 1000;
+pub const FIRST_CHECK: u64 = 250;
 
 /// Cycles of a check over those of the one before.
 const GROWTH: f64 = 1.25;
@@ -49,7 +49,7 @@ impl Precision {
     }
 
     /// How well the fleet's consumption is known from these cycles.
-    pub fn check(&self, fleet: &SummaryBuilder) -> Reached {
+    pub fn check(&self, fleet: &mut SummaryBuilder) -> Reached {
         let level = LEVELS.into_iter().find(|(_, name)| *name == self.of).map(|(level, _)| level);
         let reached = fleet.relative_half_width(level);
         let met = reached.is_some_and(|reached| reached <= self.wanted);
@@ -129,13 +129,13 @@ mod tests {
     use ocmc_core::random::{Draws, Stream};
 
     #[test]
-    fn checks_grow_from_1000_by_a_quarter() {
+    fn checks_grow_from_250_by_a_quarter() {
         let mut checks = vec![next_check(0)];
         for _ in 0..5 {
             checks.push(next_check(checks[checks.len() - 1] + 1));
         }
-        assert_eq!(checks, [1000, 1250, 1563, 1954, 2443, 3054]);
-        assert_eq!((next_check(1000), next_check(1001), next_check(1300)), (1000, 1250, 1563));
+        assert_eq!(checks, [250, 313, 392, 490, 613, 767]);
+        assert_eq!((next_check(250), next_check(251), next_check(330)), (250, 313, 392));
     }
 
     #[test]
@@ -145,13 +145,13 @@ mod tests {
             (0..1300).map(|k| record(1.0, 30.0 + f64::from(k % 2))).collect();
         let mut fleet = SummaryBuilder::default();
         let mut checks = InterimChecks::new(Some(&precision), 0, 1);
-        // Ctrl-C, which is noticed when the 1000th record has been written
+        // Ctrl-C, which is noticed when the 250th record has been written
         let interrupted = checks.take(&mut fleet, &records, |_, _| ControlFlow::Break("Ctrl-C"));
-        assert_eq!((interrupted, fleet.cycles()), (ControlFlow::Break(Some("Ctrl-C")), 1000));
+        assert_eq!((interrupted, fleet.cycles()), (ControlFlow::Break(Some("Ctrl-C")), 250));
         let mut checks = InterimChecks::new(Some(&precision), fleet.cycles(), 1);
         let resumed: ControlFlow<Option<()>> =
-            checks.take(&mut fleet, &records[1000..], |_, _| ControlFlow::Continue(()));
-        assert_eq!((resumed, fleet.cycles()), (ControlFlow::Break(None), 1000));
+            checks.take(&mut fleet, &records[250..], |_, _| ControlFlow::Continue(()));
+        assert_eq!((resumed, fleet.cycles()), (ControlFlow::Break(None), 250));
     }
 
     fn record(distance_m: f64, litres: f64) -> Record {
@@ -180,7 +180,7 @@ mod tests {
                 let rows = next_check(fleet.cycles() + 1) - fleet.cycles();
                 let records: Vec<Record> = (0..rows).map(|_| cycle(&mut draws)).collect();
                 fleet.add(&records);
-                if precision.check(&fleet).met {
+                if precision.check(&mut fleet).met {
                     break;
                 }
             }
@@ -189,7 +189,7 @@ mod tests {
             let litres = summary.consumption().expect("fuel");
             let quantile = litres.quantiles.iter().find(|quantile| quantile.name == of);
             let interval = quantile.map_or(litres.ci95, |quantile| quantile.ci95);
-            let [low, high] = interval.expect("at least 1000 cycles");
+            let [low, high] = interval.expect("at least 250 cycles");
             covered += u64::from(low <= truth && truth <= high);
         }
         (covered as f64 / RUNS as f64, cycles as f64 / RUNS as f64)

@@ -1,5 +1,6 @@
 //! What is reported of one quantity of a fleet: its mean, and how it is spread over the cycles.
 
+use super::adjustment::AdjustedStatistic;
 use super::clustering::{Clusters, Spread};
 use super::histogram::Histogram;
 use super::quantile::{LEVELS, interval_of_clusters, quantile};
@@ -27,6 +28,9 @@ pub struct Statistic {
     pub quantiles: [Quantile; LEVELS.len()],
     /// How the cycles are spread.
     pub histogram: Option<Histogram>,
+    /// Mean and quantiles adjusted by what the cycles are known to have on average; none where that
+    /// is not known, or the cycles are too few.
+    pub adjusted: Option<AdjustedStatistic>,
 }
 
 /// One quantile over the cycles.
@@ -43,6 +47,12 @@ pub struct Quantile {
 }
 
 impl Statistic {
+    /// The most precise mean that is known and its 95 % interval: the adjusted one, else the plain one.
+    pub fn best_mean(&self) -> Option<(f64, Option<[f64; 2]>)> {
+        let adjusted = self.adjusted.as_ref().map(|adjusted| (adjusted.mean, Some(adjusted.ci95)));
+        adjusted.or_else(|| Some((self.mean?, self.ci95)))
+    }
+
     /// With intervals of clusters in several ways instead of by trucks alone; without any where
     /// they are not known.
     #[must_use]
@@ -81,6 +91,7 @@ impl Statistic {
                 ci95: interval_of_clusters(&values, level, clusters, cycles.clone()),
             }),
             histogram: Histogram::of(&values),
+            adjusted: None,
         }
     }
 }
@@ -107,6 +118,9 @@ impl Serialize for Statistic {
         }
         for quantile in &self.quantiles {
             map.serialize_entry(&format!("{}_ci95", quantile.name), &quantile.ci95)?;
+        }
+        if let Some(adjusted) = &self.adjusted {
+            map.serialize_entry("adjusted", adjusted)?;
         }
         map.end()
     }

@@ -1,6 +1,7 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that
 //! were completed and, of what they drove, those that a battery cut short.
 
+use super::adjustment::{Adjusted, Adjuster, Adjustment};
 use super::charging::ChargingSummary;
 use super::clustering::Clusters;
 use super::dependence::Dependence;
@@ -20,6 +21,7 @@ use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
 use serde::{Serialize, Serializer};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// The fleet's answers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -235,6 +237,10 @@ pub struct SummaryBuilder {
     truck_arrivals: TruckArrivalBuilder,
     /// Ids of the counted cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
+    /// What the cycles are expected to have; none where it is not known.
+    adjuster: Option<Adjuster>,
+    /// Places of the counted cycles among all, where there is an adjuster.
+    places: Vec<usize>,
     /// Per quantity and counted cycle, NaN where there is none; empty while no cycle has the
     /// quantity.
     values: [Vec<f64>; QUANTITIES.len()],
@@ -244,6 +250,12 @@ impl SummaryBuilder {
     /// For cycles that depend on one another like this.
     pub fn new(dependence: Dependence) -> Self {
         Self { dependence, ..Self::default() }
+    }
+
+    /// For the cycles of a study under a seed, adjusted by what they are expected to have.
+    pub fn of(study: &Arc<Study>, seed: u64) -> Self {
+        let adjuster = Adjuster::new(Arc::clone(study), seed);
+        Self { adjuster, ..Self::new(Dependence::of(study.model(), seed)) }
     }
 
     /// Adds the next records.
@@ -260,6 +272,12 @@ impl SummaryBuilder {
             if self.dependence.has_trucks() {
                 self.trucks.add(record, self.dependence);
                 self.truck_arrivals.add(record, &self.dependence);
+            }
+            if let Some(adjuster) = &mut self.adjuster {
+                adjuster.add(record.cycle_id);
+                if record.outcome.counts() {
+                    self.places.push(self.cycles as usize - 1);
+                }
             }
             if record.outcome.counts() {
                 self.parts.add(record);
@@ -290,13 +308,24 @@ impl SummaryBuilder {
     }
 
     /// Half of the 95 % interval of the fleet's consumption, or of its quantile of that level,
-    /// relative to it.
-    pub fn relative_half_width(&self, level: Option<f64>) -> Option<f64> {
+    /// relative to it: of the adjusted one where there is one.
+    pub fn relative_half_width(&mut self, level: Option<f64>) -> Option<f64> {
         let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let own = quantity(column)?;
+        if let Some(adjustment) = self.adjustment()
+            && let Some(Adjusted { value, ci95: [low, high] }) = match level {
+                None => adjustment.ratio(&self.totals_of_all(own)),
+                Some(level) => adjustment
+                    .own_values(self.values_of_all(own))
+                    .and_then(|values| adjustment.quantile(&values, level)),
+            }
+        {
+            return (value != 0.0).then(|| libm::fabs((high - low) / 2.0 / value));
+        }
         let clusters = self.clusters();
         let (value, ci95) = match level {
             None => {
-                let mean = self.mean(quantity(column)?, &clusters)?;
+                let mean = self.mean(own, &clusters)?;
                 (mean.ratio, mean.ci95)
             }
             Some(level) => {
@@ -321,13 +350,19 @@ impl SummaryBuilder {
         let clusters = self.clusters();
         let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k], &clusters));
         let worst_case = self.worst_case(&means);
+        let adjustment = self.adjustment();
         let statistics = QUANTITIES
             .iter()
             .zip(means)
             .zip(&self.values)
             .map(|((quantity, mean), values)| {
                 let cycles = self.cycles_with(values);
-                Statistic::new(quantity.column, mean, &cycles, &clusters)
+                let adjusted = adjustment.as_ref().filter(|_| !values.is_empty());
+                let adjusted = adjusted.and_then(|adjustment| {
+                    let totals = self.totals_of_all(quantity);
+                    adjustment.statistic(&totals, self.values_of_all(quantity))
+                });
+                Statistic { adjusted, ..Statistic::new(quantity.column, mean, &cycles, &clusters) }
             })
             .collect();
         let trucks = std::mem::take(&mut self.trucks);
@@ -350,6 +385,37 @@ impl SummaryBuilder {
             loads: std::mem::take(&mut self.loads).finish(&self.dependence),
             truck_arrivals: std::mem::take(&mut self.truck_arrivals).finish(),
         }
+    }
+
+    /// The adjustment of the cycles so far.
+    fn adjustment(&mut self) -> Option<Adjustment> {
+        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let mut adjuster = self.adjuster.take()?;
+        let adjustment = adjuster.adjustment(&self.totals_of_all(quantity(column)?));
+        self.adjuster = Some(adjuster);
+        adjustment
+    }
+
+    /// What each cycle adds to the two totals of a quantity's mean: nothing where it does not count.
+    fn totals_of_all(&self, quantity: &RecordQuantity) -> Vec<(f64, f64)> {
+        let (times, over) = (quantity.times, quantity.over);
+        let mut totals = vec![(0.0, 0.0); self.cycles as usize];
+        for (row, value) in self.values_of(quantity.of).iter().enumerate() {
+            if !value.is_nan() {
+                let y = value * self.weight(times, row);
+                totals[self.places[row]] = (y, self.weight(over, row));
+            }
+        }
+        totals
+    }
+
+    /// The value of each cycle, NaN where it has none.
+    fn values_of_all(&self, quantity: &RecordQuantity) -> Vec<f64> {
+        let mut values = vec![f64::NAN; self.cycles as usize];
+        for (row, value) in self.values_of(quantity.column).iter().enumerate() {
+            values[self.places[row]] = *value;
+        }
+        values
     }
 
     /// Values of the quantity of that name.

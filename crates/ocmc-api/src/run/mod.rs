@@ -11,7 +11,6 @@ use crate::error::Error;
 use crate::watch::{Progress, Watch};
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
-use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::precision::InterimChecks;
 use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use ocmc_fleet::uncertainty::Effects;
@@ -22,6 +21,7 @@ use ocmc_io::study::{Files, LoadedStudy, Origin};
 use serde::{Serialize, Serializer};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 pub use requeue::{Asked, RequeueRequest, requeue};
@@ -130,7 +130,7 @@ pub fn run(
     whole_trucks(&loaded.study, plan)?;
     let manifest =
         Manifest { precision: precision.clone(), ..Manifest::new(&loaded.model, plan, given) };
-    let fleet = SummaryBuilder::new(Dependence::of(&loaded.model, plan.seed));
+    let fleet = SummaryBuilder::of(&Arc::new(loaded.study.clone()), plan.seed);
     let directory = match out {
         Some((path, format)) => Some(RunDirectory::create(path, *format, manifest.clone())?),
         None => None,
@@ -180,7 +180,8 @@ pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, E
         let stored = run_directory::read(path)?;
         return Ok(RunAnswer::stored(stored.manifest, stored.summary, RunEnd::WasComplete));
     };
-    let mut fleet = SummaryBuilder::new(unfinished.manifest.dependence());
+    let (of, seed) = (Arc::new(unfinished.study.study.clone()), unfinished.manifest.seed);
+    let mut fleet = SummaryBuilder::of(&of, seed);
     let directory = RunDirectory::resume(&unfinished, |records| fleet.add(records))?;
     let run_directory::Unfinished { manifest, study, given, .. } = unfinished;
     let done = fleet.cycles();
@@ -249,7 +250,7 @@ fn drive(
         ControlFlow::Break(Stop::PreciseEnough) | ControlFlow::Continue(()) => RunEnd::Complete,
     };
     let wall_s = clock.elapsed().as_secs_f64();
-    let reached = manifest.precision.as_ref().map(|precision| precision.check(&fleet));
+    let reached = manifest.precision.as_ref().map(|precision| precision.check(&mut fleet));
     let cycles = fleet.cycles();
     let mut summary = fleet.finish();
     let mut ended = ended;

@@ -23,7 +23,7 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     let run = &answer.summary;
     let mut text = heading(answer, run);
     if run.summary.outcomes.counted() > 0 {
-        let table = summary_table(&run.summary);
+        let table = summary_table(&run.summary) + &adjusted(&run.summary);
         let few = run.note.map_or_else(String::new, |note| format!("Intervals: {note}.\n"));
         let remarks: String =
             remarks(&run.summary).into_iter().map(|remark| remark + "\n").collect();
@@ -180,6 +180,24 @@ fn failed(summary: &Summary) -> String {
         );
     }
     text
+}
+
+/// The most precise mean of the consumption, beside the plain one.
+fn adjusted(summary: &Summary) -> String {
+    let line = |statistic: &Statistic| {
+        let (name, factor) = label(statistic.column);
+        let adjusted = statistic.adjusted.as_ref()?;
+        let (plain, ci95) = (statistic.mean?, statistic.ci95?);
+        let half = |[low, high]: [f64; 2]| short(factor * (high - low) / 2.0);
+        Some(format!(
+            "{name}: mean {:.2} ± {} adjusted by what trips have on average, {:.2} ± {} plain.\n",
+            factor * adjusted.mean,
+            half(adjusted.ci95),
+            factor * plain,
+            half(ci95)
+        ))
+    };
+    summary.consumption().and_then(line).unwrap_or_default()
 }
 
 /// Widths of the names, of the mean with its interval, of the spread and the quantiles, behind a

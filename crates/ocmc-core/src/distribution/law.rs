@@ -90,6 +90,9 @@ pub enum Law {
     },
 }
 
+/// Points of the midpoint rule for a mean.
+const QUADRATURE_POINTS: u32 = 20_000;
+
 impl Law {
     /// Smallest shape of a beta law: below it a draw is 0 or `scale`, almost surely.
     pub const LEAST_SHAPE: f64 = 1e-3;
@@ -139,6 +142,31 @@ impl Law {
             | Self::Beta { .. }
             | Self::Mixture { .. }
             | Self::Empirical { .. } => None,
+        }
+    }
+
+    /// See [`Quantity::mean_below`].
+    pub(super) fn mean_below(&self, most: f64) -> Option<f64> {
+        match self {
+            Self::Mixture { weights, components } => {
+                let total: f64 = weights.iter().sum();
+                let parts = weights.iter().zip(components);
+                let parts = parts.map(|(w, part)| Some(w / total * part.mean_below(most)?));
+                parts.sum()
+            }
+            Self::Empirical { values, weights } => {
+                let cut: Vec<f64> = values.iter().map(|value| value.min(most)).collect();
+                Some(empirical::mean(&cut, weights.as_deref()))
+            }
+            Self::Beta { .. } | Self::Gamma { .. } => {
+                (self.support().1 <= most).then(|| self.centre())
+            }
+            _ => {
+                let p = |k: u32| (f64::from(k) + 0.5) / f64::from(QUADRATURE_POINTS);
+                let values = (0..QUADRATURE_POINTS).map(|k| self.quantile(practical(p(k))));
+                let sum: f64 = values.map(|value| Some(value?.min(most))).sum::<Option<f64>>()?;
+                Some(sum / f64::from(QUADRATURE_POINTS))
+            }
         }
     }
 

@@ -9,6 +9,7 @@ pub mod coverage;
 pub mod given;
 pub mod mission;
 pub mod mission_part;
+pub mod outline;
 pub mod road;
 pub mod route;
 pub mod segments;
@@ -118,6 +119,11 @@ impl OperatingCycleSampler {
             let [_, highest_mps, legal_mps] = if next[1] > sum[1] { next } else { sum };
             [sum[0] + next[0], highest_mps, legal_mps]
         })
+    }
+
+    /// Whether it draws roads, and not from given ones.
+    pub fn draws_roads(&self) -> bool {
+        self.routes.is_empty()
     }
 
     /// The road models.

@@ -169,6 +169,21 @@ impl Route {
         }
     }
 
+    /// Compass heading at the start, in rad: its own, or a drawn one.
+    pub(super) fn heading_rad(&self, streams: &Streams) -> f64 {
+        self.cycle.heading_rad.unwrap_or_else(|| RoadSampler::sample_heading_rad(streams))
+    }
+
+    /// Stretches of road types.
+    pub(super) fn sections(&self) -> &[Section] {
+        &self.sections
+    }
+
+    /// Sum of its climbs, in m.
+    pub(super) fn climb_m(&self, step_m: f64) -> f64 {
+        self.slopes.iter().map(|slope| slope.max(0.0) * step_m).sum()
+    }
+
     /// Lays the road down; what the file lacks is drawn, and the parts in `without` are left out.
     pub fn lay(
         &self,
@@ -200,10 +215,7 @@ impl Route {
             Some(grounds) => road.grounds.clone_from(grounds),
             None => sampler.sample_grounds(streams, road),
         }
-        road.heading_rad = self
-            .cycle
-            .heading_rad
-            .unwrap_or_else(|| std::f64::consts::TAU * streams.open(Stream::Heading).uniform());
+        road.heading_rad = self.heading_rad(streams);
         road.climb_reached = true;
         let events = self.cycle.events.iter().filter(|e| !is_left_out(&e.kind, without));
         road.events.clear();

@@ -114,6 +114,8 @@ pub struct Nesting {
     pub days: Option<OperatingDays>,
     /// Streams that are drawn at another level than usual.
     pub levels: Vec<(Stream, Level)>,
+    /// Number of the first trip of each truck.
+    pub first_trip: u64,
 }
 
 /// One trip's place in its fleet.
@@ -144,12 +146,24 @@ impl Ids {
 
 impl Nesting {
     /// Each cycle has a truck and a driver of its own.
-    pub const NONE: Self =
-        Self { trips_per_truck: 1, drivers: Drivers::OfTruck(1), days: None, levels: Vec::new() };
+    pub const NONE: Self = Self {
+        trips_per_truck: 1,
+        drivers: Drivers::OfTruck(1),
+        days: None,
+        levels: Vec::new(),
+        first_trip: 0,
+    };
+
+    /// The nesting of trucks that make this one trip of the calendar alone, each with a driver of
+    /// its own and days that it shares with none.
+    #[must_use]
+    pub fn of_trip_alone(&self, trip: u64) -> Self {
+        Self { days: self.days, first_trip: trip, ..Self::NONE }
+    }
 
     /// Truck and number of the trip of a cycle.
     pub fn truck_and_trip(&self, cycle_id: u64) -> (u64, u64) {
-        (cycle_id / self.trips_per_truck, cycle_id % self.trips_per_truck)
+        (cycle_id / self.trips_per_truck, self.first_trip + cycle_id % self.trips_per_truck)
     }
 
     /// The level at which a stream is drawn.

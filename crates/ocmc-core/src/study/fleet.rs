@@ -126,6 +126,7 @@ impl FleetModel {
                 departure_interval_s: calendar.departure_interval_s.unwrap_or(0.0),
             }),
             levels,
+            first_trip: 0,
         }
     }
 

@@ -7,6 +7,7 @@ mod check;
 pub mod fleet;
 pub mod handover;
 pub mod keys;
+pub mod outline;
 pub mod tree;
 pub mod uncertainty;
 

@@ -23,6 +23,7 @@ use std::convert::Infallible;
 use std::fs;
 use std::ops::ControlFlow::{self, Continue};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// One part, and where it lies.
 struct Part<'a> {
@@ -136,7 +137,7 @@ fn write_whole(
     let effects = effects_of(parts, study, given, cycles);
     let mut directory =
         RunDirectory::create(out, format, Manifest { cycles, ..begin.manifest.clone() })?;
-    let mut fleet = SummaryBuilder::new(begin.manifest.dependence());
+    let mut fleet = SummaryBuilder::of(&Arc::new(study.clone()), begin.manifest.seed);
     for part in parts {
         let mut last: Option<Record> = None;
         read_records(part.path, &part.manifest, |Group { records, .. }| {

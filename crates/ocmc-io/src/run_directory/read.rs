@@ -12,9 +12,11 @@ use crate::sha256;
 use crate::study::{self, Files, Given, LoadedStudy, hash_of_resolved};
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
+use ocmc_fleet::adjustment::AdjustedStatistic;
 use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use ocmc_fleet::uncertainty::ParameterUncertainty;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A run that was read back.
@@ -36,6 +38,15 @@ pub(super) struct Measured {
     pub(super) ended_at: String,
     #[serde(default)]
     pub(super) parameter_uncertainty: Option<ParameterUncertainty>,
+    #[serde(default)]
+    pub(super) statistics: BTreeMap<String, MeasuredStatistic>,
+}
+
+/// What the study's expectations make of a quantity.
+#[derive(Deserialize)]
+pub(super) struct MeasuredStatistic {
+    #[serde(default)]
+    adjusted: Option<AdjustedStatistic>,
 }
 
 /// The run directory that a path means: the one around it, where it is that of a manifest.
@@ -64,14 +75,19 @@ pub fn read_groups(
 ) -> Result<(Manifest, RunSummary), RunDirectoryError> {
     let directory = directory_of(directory);
     let manifest = ended(directory)?;
-    let Measured { wall_s, threads, ended_at, parameter_uncertainty } = measured(directory)?;
+    let Measured { wall_s, threads, ended_at, parameter_uncertainty, mut statistics } =
+        measured(directory)?;
     let mut fleet = SummaryBuilder::new(manifest.dependence());
     read_records(directory, &manifest, |group| {
         fleet.add(&group.records);
         sink(group);
         Ok(())
     })?;
-    let summary = Summary { parameter_uncertainty, ..fleet.finish() };
+    let mut summary = Summary { parameter_uncertainty, ..fleet.finish() };
+    for statistic in &mut summary.statistics {
+        let known = statistics.remove(statistic.column);
+        statistic.adjusted = known.and_then(|known| known.adjusted);
+    }
     let summary = RunSummary::new(&manifest, summary, wall_s, threads);
     Ok((manifest, RunSummary { ended_at, ..summary }))
 }

@@ -273,12 +273,7 @@ impl RoadSampler {
         road.length_m = length_m;
         road.slope_step_m = self.model.slope_step_m;
         road.roughness_block_m = self.model.roughness_block_m;
-        let mut draws = streams.open(Stream::RoadType);
-        road.sections = match self.model.truck_mix_log_sd {
-            None => self.chain.sample(length_m, &mut draws),
-            Some(log_sd) => self.chain.of_truck(log_sd, streams).sample(length_m, &mut draws),
-        };
-
+        road.sections = self.sample_sections(length_m, streams);
         let mut draws = streams.open(Stream::SpeedSign);
         road.signs.clear();
         for section in &road.sections {
@@ -293,7 +288,27 @@ impl RoadSampler {
 
         self.sample_roughness(streams, road);
         self.sample_grounds(streams, road);
-        road.heading_rad = TAU * streams.open(Stream::Heading).uniform();
+        road.heading_rad = Self::sample_heading_rad(streams);
+    }
+
+    /// See [`RoadTypeChain::expected_lengths_m`]; none where trucks have mixes of their own.
+    pub fn expected_lengths_m(&self, step_m: f64, steps: usize) -> Option<Vec<Vec<f64>>> {
+        let one_mix = self.model.truck_mix_log_sd.is_none();
+        one_mix.then(|| self.chain.expected_lengths_m(step_m, steps))
+    }
+
+    /// Draws the stretches of road types alone.
+    pub fn sample_sections(&self, length_m: f64, streams: &Streams) -> Vec<Section> {
+        let mut draws = streams.open(Stream::RoadType);
+        match self.model.truck_mix_log_sd {
+            None => self.chain.sample(length_m, &mut draws),
+            Some(log_sd) => self.chain.of_truck(log_sd, streams).sample(length_m, &mut draws),
+        }
+    }
+
+    /// Draws the compass heading at the start, in rad from north, clockwise.
+    pub fn sample_heading_rad(streams: &Streams) -> f64 {
+        TAU * streams.open(Stream::Heading).uniform()
     }
 
     /// Draws the roughness of a road whose sections are known.

@@ -64,6 +64,65 @@ impl RoadTypeChain {
         &self.share_by_length
     }
 
+    /// What each type is expected to have of the first x metres of a road, for x from 0 on in steps
+    /// of `step_m`, in m: a row a step.
+    ///
+    /// The renewal equations of the chain, step by step. C_j: expected entries into type j up to x,
+    /// the start among them; they are at their shortest for L₀, then end at the rate 1/(mean − L₀).
+    /// What is in a type is what has entered it and not left.
+    pub fn expected_lengths_m(&self, step_m: f64, steps: usize) -> Vec<Vec<f64>> {
+        let types = self.share_by_length.len();
+        let kept = |j: usize, way_m: f64| {
+            libm::exp(-way_m / (self.mean_length_m[j] - self.minimum_length_m[j]))
+        };
+        let kept_of = |way_m: f64| (0..types).map(|j| kept(j, way_m)).collect::<Vec<f64>>();
+        let (over_step, over_half) = (kept_of(step_m), kept_of(0.5 * step_m));
+        let mut entered = vec![self.share_by_length.clone()];
+        let (mut ageing, mut left) = (vec![0.0; types], vec![0.0; types]);
+        // up to a place, linear between the steps; at the start stands who begins there
+        let entered_by = |entered: &[Vec<f64>], j: usize, at_m: f64| {
+            let place = at_m / step_m;
+            if place < 0.0 {
+                return 0.0;
+            }
+            let k = (place as usize).min(entered.len() - 1);
+            let next = &entered[(k + 1).min(entered.len() - 1)];
+            entered[k][j] + (place - k as f64).min(1.0) * (next[j] - entered[k][j])
+        };
+        let mut sums = vec![vec![0.0; types]];
+        for k in 0..steps {
+            let mut now = entered[k].clone();
+            let mut sum = sums[k].clone();
+            for j in 0..types {
+                let before = entered[k][j] - left[j];
+                let since_m = k as f64 * step_m - self.minimum_length_m[j];
+                let came = if since_m < -step_m {
+                    0.0
+                } else {
+                    entered_by(&entered, j, since_m + step_m)
+                        - if k == 0 { 0.0 } else { entered_by(&entered, j, since_m) }
+                };
+                let alone = self.next[j].iter().all(|weight| *weight == 0.0);
+                if !alone {
+                    let ended = ageing[j] * (1.0 - over_step[j]) + came * (1.0 - over_half[j]);
+                    ageing[j] += came - ended;
+                    left[j] += ended;
+                    let total: f64 = self.next[j].iter().sum();
+                    for (to, weight) in self.next[j].iter().enumerate() {
+                        now[to] += ended * weight / total;
+                    }
+                }
+                sum[j] += 0.5 * step_m * before;
+            }
+            for j in 0..types {
+                sum[j] += 0.5 * step_m * (now[j] - left[j]);
+            }
+            entered.push(now);
+            sums.push(sum);
+        }
+        sums
+    }
+
     /// The sections of a road of the given length, in order and without gaps.
     pub fn sample(&self, length_m: f64, draws: &mut Draws) -> Vec<Section> {
         let mut sections = Vec::new();
