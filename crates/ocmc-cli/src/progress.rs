@@ -8,6 +8,9 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
+/// Time between two pictures.
+const TICK: Duration = Duration::from_millis(200);
+
 /// Asks a question, draws a bar of the work on it, and ends it on Ctrl-C within a second; `quiet`
 /// draws no bar.
 pub(crate) fn watched<T>(
@@ -25,6 +28,23 @@ pub(crate) fn kept<T>(
 ) -> Result<T, Error> {
     interrupt::listen(Patience::UntilKept);
     shown(quiet, ask)
+}
+
+/// Does work that does not say how far it is, beside a sign that it goes on and for how long; `quiet`
+/// draws none.
+pub(crate) fn busy<T>(quiet: bool, what: &'static str, work: impl FnOnce() -> T) -> T {
+    let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(what);
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(TICK);
+    let done = work();
+    bar.finish_and_clear();
+    done
+}
+
+fn target(quiet: bool) -> ProgressDrawTarget {
+    if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() }
 }
 
 fn shown<T>(quiet: bool, ask: impl FnOnce(&mut Watch) -> Result<T, Error>) -> Result<T, Error> {
@@ -50,8 +70,7 @@ fn shown<T>(quiet: bool, ask: impl FnOnce(&mut Watch) -> Result<T, Error>) -> Re
 
 /// A bar from what is done already on.
 fn begin(progress: Progress, quiet: bool) -> ProgressBar {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let bar = ProgressBar::with_draw_target(Some(progress.total), target);
+    let bar = ProgressBar::with_draw_target(Some(progress.total), target(quiet));
     let style = ProgressStyle::with_template(&format!(
         "{{wide_bar}} {{human_pos}} of {{human_len}} {}, {{rate}}/s, {{eta}} left",
         progress.what
@@ -64,7 +83,7 @@ fn begin(progress: Progress, quiet: bool) -> ProgressBar {
     }
     bar.set_position(progress.done);
     bar.reset_eta();
-    bar.enable_steady_tick(Duration::from_millis(200));
+    bar.enable_steady_tick(TICK);
     bar
 }
 

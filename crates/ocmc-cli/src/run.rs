@@ -4,7 +4,7 @@
 use crate::arguments::{FileOptions, MOST_TRIPS, check_range, one_of, whole_number};
 use crate::failure::Failure;
 use crate::output::{self, warn};
-use crate::progress::kept;
+use crate::progress::{busy, kept};
 use clap::Args;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::study::Files;
@@ -238,7 +238,8 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
 /// Merges the parts of one run, from many machines, and prints what their fleet adds up to.
 pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
     let MergeArguments { parts, out, format, quiet, json } = arguments;
-    let answer = ocmc_api::merge(&MergeRequest { parts, out, format: *format })?;
+    let request = MergeRequest { parts, out, format: *format };
+    let answer = busy(*quiet, "merging", || ocmc_api::merge(&request))?;
     output::print_run(&answer, *json)?;
     if !quiet && !json {
         output::note(&written(out, &answer.manifest));
@@ -249,7 +250,7 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
 /// Reads a run and writes its report: one HTML file.
 pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     let ReportArguments { directory, out } = arguments;
-    let run = Reported::read(directory).map_err(Error::from)?;
+    let run = busy(false, "reading the run", || Reported::read(directory)).map_err(Error::from)?;
     let path = out.clone().unwrap_or_else(|| directory_of(directory).join(REPORT));
     if out.is_none() && path.is_symlink() {
         return Err(Failure::Link { path });

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output;
+use crate::progress::busy;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -19,7 +20,7 @@ pub(crate) struct VerifyArguments {
 /// Checks the files and prints what is wrong with which.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let VerifyArguments { directory, json } = arguments;
-    let answer = ocmc_api::verify(directory)?;
+    let answer = busy(false, "checking the files", || ocmc_api::verify(directory))?;
     output::print(&answer, *json)?;
     if answer.whole { Ok(()) } else { Err(Failure::NotWhole { path: directory.clone() }) }
 }
