@@ -120,7 +120,14 @@ impl Adjuster {
             self.sample = Some(Arc::new(OutlineSample::draw(study, seed, count)));
         }
         let sample = self.sample.clone()?;
-        Adjustment::of(self.dependence, &study.outline_names(), &self.ids, &self.outlines, sample, totals)
+        Adjustment::of(
+            self.dependence,
+            &study.outline_names(),
+            &self.ids,
+            &self.outlines,
+            sample,
+            totals,
+        )
     }
 }
 
@@ -171,7 +178,17 @@ impl Adjustment {
         let (ids, calibrated) = (ids.to_vec(), Vec::new());
         let clusters = Clusters::of(dependence, ids.iter().copied());
         let mut own = Self {
-            ids, clusters, rows, weights, normal, gram, calibrated, blocks, terms, sample, error,
+            ids,
+            clusters,
+            rows,
+            weights,
+            normal,
+            gram,
+            calibrated,
+            blocks,
+            terms,
+            sample,
+            error,
         };
         own.weigh(totals)?;
         own.calibrate();
@@ -274,7 +291,8 @@ impl Adjustment {
     /// and the error of the expectations of this variance.
     fn half_width(&self, errors: &[f64], of_expectations: f64) -> Option<f64> {
         let (variance, degrees) = if self.clusters.has_several_ways() {
-            let spread = self.clusters.spread(self.ids.iter().copied().zip(errors.iter().copied()))?;
+            let spread =
+                self.clusters.spread(self.ids.iter().copied().zip(errors.iter().copied()))?;
             (spread.variance, spread.degrees)
         } else {
             let m = self.blocks.len() as f64;
@@ -379,7 +397,8 @@ impl Adjustment {
         gram.fill_upper_triangle_with_lower_triangle();
         let beta = Cholesky::new(gram)?.solve(&right);
         let predicted: Vec<f64> = self.rows.column_iter().map(|x| x.dot(&beta)).collect();
-        let squares = known.iter().map(|k| (values[*k] - predicted[*k]) * (values[*k] - predicted[*k]));
+        let squares =
+            known.iter().map(|k| (values[*k] - predicted[*k]) * (values[*k] - predicted[*k]));
         let spread = libm::sqrt(squares.sum::<f64>() / (known.len() - p) as f64);
         if spread.is_nan() || spread <= 0.0 {
             return None;

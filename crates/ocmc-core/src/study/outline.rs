@@ -100,9 +100,7 @@ impl Study {
         let several = self.road_types.len() > 1 && road_is_drawn;
         OutlineExpectation {
             payload_kg: payload_kg.filter(|_| is_drawn && !matches!(law, Quantity::Number(_))),
-            lengths_m: several
-                .then(|| sampler.road().expected_lengths_m(step_m, steps))
-                .flatten(),
+            lengths_m: several.then(|| sampler.road().expected_lengths_m(step_m, steps)).flatten(),
             step_m,
             long_run: sampler.road().share_by_length().to_vec(),
         }

@@ -32,6 +32,7 @@ mod fault;
 mod files;
 mod fitted;
 mod init;
+mod judged;
 mod node;
 mod routes;
 mod schema;
@@ -48,6 +49,7 @@ pub use error::{Cause, Fault, StudyFileError, nearest};
 pub use files::{Files, ForeignVehicle, VehicleReader};
 pub use fitted::{Estimate, FittedPart, fitted_study};
 pub use init::init_text;
+pub use judged::{JudgedKey, JudgedNumbers};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
@@ -79,9 +81,16 @@ pub struct LoadedStudy {
     files: Files,
     /// Values of the file of a vehicle of another program that are not used.
     notes: Vec<String>,
+    /// Between which values its judged numbers lie.
+    judged: Vec<JudgedNumbers>,
 }
 
 impl LoadedStudy {
+    /// Between which values its judged numbers plausibly lie: those that nobody has changed.
+    pub fn judged(&self) -> &[JudgedNumbers] {
+        &self.judged
+    }
+
     /// The files that it may name.
     pub fn files(&self) -> &Files {
         &self.files
@@ -296,18 +305,27 @@ fn finish<S: AsRef<str>>(
     let mut settings = sets.iter().map(|set| setting::parse(set.as_ref()));
     let laid = settings.try_for_each(|set| own.overlay(set?)).map_err(StudyFileError::from);
     let checked = laid.and_then(|()| check(&own, &files));
-    let (model, study, notes) = checked.map_err(|mut error| {
+    let Checked { model, study, notes, judged } = checked.map_err(|mut error| {
         fault::note_inherited(&mut error, Some(&origin.to_string()));
         error
     })?;
-    Ok(LoadedStudy { model, study, origin, own, files, notes })
+    Ok(LoadedStudy { model, study, origin, own, files, notes, judged })
 }
 
-/// The study of a tree, bases resolved, and what is not used of another program's vehicle.
-fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study, Vec<String>), StudyFileError> {
+/// The study of a tree, bases resolved.
+struct Checked {
+    model: StudyModel,
+    study: Study,
+    /// What is not used of another program's vehicle.
+    notes: Vec<String>,
+    judged: Vec<JudgedNumbers>,
+}
+
+fn check(own: &Node, files: &Files) -> Result<Checked, StudyFileError> {
     let mut notes = Vec::new();
     let mut tree = base::resolve(own.clone(), files, 0, &mut notes)?;
     vehicle_input::expand(&mut tree, files)?;
+    let judged = judged::take(&mut tree)?;
     let faults = [fault::hidden_letters(&tree), fault::not_finite(&tree)].concat();
     if !faults.is_empty() {
         return Err(StudyFileError { faults });
@@ -322,7 +340,7 @@ fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study, Vec<String>), 
         let (node, _) = tree.follow(&[&steps[..], &[Step::Index(k)]].concat());
         StudyFileError::from(fault.at(node.any_place()))
     })?;
-    Ok((model, study, notes))
+    Ok(Checked { model, study, notes, judged })
 }
 
 /// The fully resolved study as TOML; it loads to the same study.

@@ -1,0 +1,165 @@
+//! Between which values the judged numbers of a study plausibly lie: the tables `[judged.NAME]` of a
+//! study file, and of a vehicle's file.
+//!
+//! An entry has a `reason`, and for each of its keys `[low, judged, high]`: numbers, lists or laws as
+//! the key takes them. The keys of an entry move together. Where the value of the study is another
+//! one than what was judged, somebody has typed it, or a fit has written it: it is no longer judged,
+//! and its key is left out. The tables say nothing of a trip: they are no part of the study's hash.
+
+use super::error::Fault;
+use super::node::{Content, Node};
+use ocmc_core::study::tree::Step;
+use serde::Serialize;
+use serde_json::Value;
+
+/// Judged numbers that move together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedNumbers {
+    /// Name of the entry.
+    pub name: String,
+    /// Why they lie within their ranges.
+    pub reason: String,
+    /// The numbers.
+    pub keys: Vec<JudgedKey>,
+}
+
+/// One judged number, list of numbers or law.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedKey {
+    /// Path of the key.
+    pub path: String,
+    /// At one end of the plausible range.
+    pub low: Value,
+    /// What was judged: the value of the study.
+    pub judged: Value,
+    /// At the other end.
+    pub high: Value,
+}
+
+const TABLE: &str = "judged";
+const ALLOWED: &str = "a `reason`, and for each key `[low, judged, high]`";
+
+/// Takes the tables out of a tree whose bases are resolved; those of the vehicle last.
+pub(super) fn take(tree: &mut Node) -> Result<Vec<JudgedNumbers>, Box<Fault>> {
+    let of_study = taken(tree);
+    let of_vehicle = tree.get_mut("vehicle").and_then(taken);
+    let mut all = Vec::new();
+    for (tables, before) in [(of_study, ""), (of_vehicle, "vehicle.")] {
+        let Some(tables) = tables else { continue };
+        let Content::Table(tables) = &tables.content else { return Err(wrong(&tables, TABLE)) };
+        for (name, entry) in tables {
+            all.extend(numbers(tree, name, entry, before)?);
+        }
+    }
+    Ok(all)
+}
+
+fn taken(node: &mut Node) -> Option<Node> {
+    node.entries_mut()?.remove(TABLE)
+}
+
+fn wrong(node: &Node, key: &str) -> Box<Fault> {
+    Fault::not_allowed(key, node.shown(), ALLOWED).at(node.any_place())
+}
+
+/// An entry, without the keys whose value is another one; none where that leaves nothing.
+fn numbers(
+    tree: &Node,
+    name: &str,
+    entry: &Node,
+    before: &str,
+) -> Result<Option<JudgedNumbers>, Box<Fault>> {
+    let place = format!("{before}{TABLE}.{name}");
+    let Content::Table(keys) = &entry.content else { return Err(wrong(entry, &place)) };
+    let mut found =
+        JudgedNumbers { name: name.to_owned(), reason: String::new(), keys: Vec::new() };
+    for (key, value) in keys {
+        if let (true, Some(reason)) = (key == "reason", value.as_str()) {
+            reason.clone_into(&mut found.reason);
+            continue;
+        }
+        let Value::Array(values) = value.to_json() else { return Err(wrong(value, &place)) };
+        let Ok([low, judged, high]) = <[Value; 3]>::try_from(values) else {
+            return Err(wrong(value, &place));
+        };
+        let path = format!("{before}{key}");
+        if tree_value(tree, &path).is_some_and(|value| same(&value, &judged)) {
+            found.keys.push(JudgedKey { path, low, judged, high });
+        }
+    }
+    if found.reason.is_empty() {
+        return Err(wrong(entry, &place));
+    }
+    Ok((!found.keys.is_empty()).then_some(found))
+}
+
+fn tree_value(tree: &Node, path: &str) -> Option<Value> {
+    let step = |name: &str| match name.parse() {
+        Ok(index) => Step::Index(index),
+        Err(_) => Step::Key(name.to_owned()),
+    };
+    let (node, found) = tree.follow(&path.split('.').map(step).collect::<Vec<_>>());
+    found.then(|| node.to_json())
+}
+
+/// Whether two values are the same, however their numbers are written.
+fn same(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) => a.as_f64() == b.as_f64(),
+        (Value::Array(a), Value::Array(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b))
+        }
+        (Value::Object(a), Value::Object(b)) => {
+            let in_b = |(name, a): (&String, &Value)| b.get(name).is_some_and(|b| same(a, b));
+            a.len() == b.len() && a.iter().all(in_b)
+        }
+        _ => a == b,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::study::{STUDIES, load, load_text};
+
+    const NO_SETS: &[&str] = &[];
+
+    #[test]
+    fn both_ends_of_every_entry_make_a_study() {
+        for study in STUDIES {
+            let own = load(study.name, NO_SETS).unwrap_or_else(|e| panic!("{}: {e}", study.name));
+            for numbers in own.judged() {
+                for end in [0, 1] {
+                    let value = |key: &super::JudgedKey| {
+                        if end == 0 { key.low.clone() } else { key.high.clone() }
+                    };
+                    let mut tree = own.model.to_tree();
+                    for key in &numbers.keys {
+                        let pointer = format!("/{}", key.path.replace('.', "/"));
+                        let place = tree.pointer_mut(&pointer);
+                        *place.unwrap_or_else(|| panic!("{pointer}")) = value(key);
+                    }
+                    let name = &numbers.name;
+                    let moved = crate::study::load_json(&tree, NO_SETS);
+                    assert!(moved.is_ok(), "{} {name} {end}: {}", study.name, moved.unwrap_err());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_typed_is_no_longer_judged() {
+        let keys = |sets: &[&str]| {
+            let own = load("field-truck", sets).unwrap();
+            own.judged().iter().map(|numbers| numbers.keys.len()).sum::<usize>()
+        };
+        let all = keys(NO_SETS);
+        assert!(all > 150, "{all}");
+        assert_eq!(keys(&["mission.length_m=80000"]), all - 1);
+        // the same number, written otherwise
+        assert_eq!(keys(&["mission.length_m=100000"]), all);
+        let other = "study.name = \"a\"\nstudy.description = \"b\"\nstudy.base = \"field-truck\"\n\
+                     judged.trip_length.\"mission.length_m\" = 3\n";
+        let error = load_text("a.toml", other, NO_SETS).unwrap_err().to_string();
+        assert!(error.contains("[low, judged, high]"), "{error}");
+    }
+}
