@@ -244,7 +244,8 @@ fn a_run_ends_when_it_is_precise_enough_whatever_the_threads() {
     let one = run("one", &["--precision", "1.2%", "--threads", "1"]);
     let manifest: Value = serde_json::from_slice(&bytes(&one).1).expect("JSON");
     let cycles = manifest["cycles"].as_u64().expect("a number");
-    assert!([1250, 1563, 1954, 2443].contains(&cycles), "a look after the first one: {cycles}");
+    let looks = [313, 392, 490, 613, 767, 959, 1199, 1499, 1874];
+    assert!(looks.contains(&cycles), "a look after the first one: {cycles}");
     assert_eq!(manifest["status"], "complete");
     for (name, options) in [("two", ["--threads", "2"]), ("chunk", ["--chunk", "7"])] {
         let other = run(name, &[&["--precision", "1.2%"], &options[..]].concat());
@@ -259,7 +260,7 @@ fn a_run_ends_when_it_is_precise_enough_whatever_the_threads() {
     let precision = &summary["precision"];
     assert_eq!((&precision["of"], &precision["met"]), (&"mean".into(), &true.into()));
     assert!(precision["reached"].as_f64().is_some_and(|reached| reached <= 0.012), "{precision}");
-    let litres = &summary["statistics"]["consumption_l_per_100km"];
+    let litres = &summary["statistics"]["consumption_l_per_100km"]["adjusted"];
     let [mean, low, high] =
         [&litres["mean"], &litres["ci95"][0], &litres["ci95"][1]].map(|x| x.as_f64().expect("one"));
     assert!(

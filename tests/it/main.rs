@@ -6,6 +6,7 @@
     reason = "a test fails by panic, compares bits, and prints its figures"
 )]
 
+mod adjusted_means;
 mod bad_input;
 mod battery;
 mod battery_temperature;

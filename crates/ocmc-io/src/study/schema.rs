@@ -22,6 +22,23 @@ pub fn schema() -> Value {
         "description": "A built-in vehicle or a file, whose keys hold where this study does not \
             say otherwise."
     });
+    let judged = json!({
+        "type": "object",
+        "description": "Between which values judged numbers plausibly lie; those of an entry move \
+            together.",
+        "additionalProperties": {
+            "type": "object",
+            "properties": {
+                "reason": { "type": "string", "description": "Why they lie within their ranges." }
+            },
+            "additionalProperties": {
+                "type": "array", "minItems": 3, "maxItems": 3,
+                "description": "One end of the range, what was judged, the other end."
+            }
+        }
+    });
+    schema["properties"]["judged"] = judged.clone();
+    schema["properties"]["vehicle"]["properties"]["judged"] = judged;
     schema
 }
 
