@@ -312,17 +312,20 @@ impl Adjustment {
                 errors[block.start] /= (1.0 - leverage).max(LEAST_LEFT);
                 continue;
             }
-            let own = self.rows.columns_range(block.clone());
-            let mut weighted = own.clone_owned();
-            for (mut x, w) in weighted.column_iter_mut().zip(&self.weights[block.clone()]) {
-                x *= *w;
+            // sums row by row, and no product of matrices, whose bits depend on the processor
+            let mut others = self.gram.clone();
+            let mut right = DVector::zeros(self.rows.nrows());
+            for k in block.clone() {
+                let (x, w) = (self.rows.column(k), self.weights[k]);
+                others.syger(-w, &x, &x, 1.0);
+                right.axpy(w * errors[k], &x, 1.0);
             }
-            let e = DVector::from_column_slice(&errors[block.clone()]);
-            let others = &self.gram - &weighted * own.transpose();
             // a cluster without which nothing can be fitted keeps its residuals
             if let Some(others) = Cholesky::new(others) {
-                let moved = own.transpose() * others.solve(&(&weighted * &e));
-                errors[block.clone()].copy_from_slice((e + moved).as_slice());
+                let moved = others.solve(&right);
+                for k in block.clone() {
+                    errors[k] += self.rows.column(k).dot(&moved);
+                }
             }
         }
         errors
