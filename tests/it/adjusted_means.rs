@@ -3,7 +3,8 @@
 
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_fleet::summary::{Summary, SummaryBuilder};
-use ocmc_io::study::{STUDIES, load};
+use ocmc_io::study::builtin::STUDIES;
+use ocmc_io::study::load;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 

@@ -119,7 +119,8 @@ fn same(a: &Value, b: &Value) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::study::{STUDIES, load, load_text};
+    use crate::study::builtin::STUDIES;
+    use crate::study::{load, load_text};
 
     const NO_SETS: &[&str] = &[];
 
