@@ -7,8 +7,9 @@ use arrow_array::RecordBatch;
 use ocmc_core::record::Record;
 use ocmc_fleet::summary::SummaryBuilder;
 use ocmc_io::run_directory::{RunDirectory, RunSummary, read_groups};
-use ocmc_io::study::Origin;
+use ocmc_io::study::{Origin, load_text};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use thiserror::Error as ThisError;
 
 pub use ocmc_io::records::GROUP_ROWS;
@@ -53,7 +54,15 @@ pub fn summed_up<E>(
     (wall_s, threads): (f64, usize),
     records: impl IntoIterator<Item = Result<Vec<Record>, E>>,
 ) -> Result<RunAnswer, E> {
-    let mut fleet = SummaryBuilder::new(manifest.dependence());
+    // the roads that were given are not at hand, and what trips had on average neither
+    let study = manifest.followed.is_none().then(|| {
+        let no_settings: &[&str] = &[];
+        load_text(&manifest.study, &manifest.resolved_study, no_settings).ok()
+    });
+    let mut fleet = match study.flatten() {
+        Some(loaded) => SummaryBuilder::of(&Arc::new(loaded.study), manifest.seed),
+        None => SummaryBuilder::new(manifest.dependence()),
+    };
     for group in records {
         fleet.add(&group?);
     }
