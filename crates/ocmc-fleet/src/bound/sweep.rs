@@ -2,8 +2,17 @@
 //! left, for several prices λ of time at once; then from its start to its end the moves that have
 //! it.
 
-use super::moves::{Levels, Move, Search, Shifts};
+use super::moves::{Levels, Move, Search};
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How many prices of time one sweep knows.
+pub(super) const PRICES: usize = 8;
+
+/// What is left to pay, by price.
+type Left = [f64; PRICES];
+
+/// No way.
+const NO_WAY: Left = [f64::INFINITY; PRICES];
 
 /// One way along a leg.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,28 +28,28 @@ pub(super) struct Way {
 }
 
 /// What is left at a place, by speed and gear.
-struct Table<const N: usize> {
+struct Table {
     levels: Levels,
     gears: usize,
-    left: Vec<[f64; N]>,
+    left: Vec<Left>,
 }
 
-impl<const N: usize> Table<N> {
-    fn at(&self, k: usize, gear: usize) -> &[f64; N] {
+impl Table {
+    fn at(&self, k: usize, gear: usize) -> &Left {
         &self.left[k * self.gears + gear]
     }
 
     /// Between two speeds the value is linear.
-    fn between(&self, speed_mps: f64, gear: usize) -> (&[f64; N], &[f64; N], f64) {
+    fn between(&self, speed_mps: f64, gear: usize) -> (&Left, &Left, f64) {
         let levels = &self.levels;
         if levels.count == 1 {
             let only = self.at(0, gear);
             return (only, only, 0.0);
         }
         let x = ((speed_mps - levels.low_mps) / levels.step_mps).max(0.0);
-        let nearest = (x + 0.5) as usize;
-        if (x - nearest as f64).abs() < 1e-6 {
-            let here = self.at(nearest.min(levels.count - 1), gear);
+        let nearest = libm::round(x);
+        if (x - nearest).abs() < 1e-6 {
+            let here = self.at((nearest as usize).min(levels.count - 1), gear);
             return (here, here, 0.0);
         }
         let k = (x as usize).min(levels.count - 2);
@@ -48,21 +57,21 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// What is left along a leg, by place, speed, gear and price, of which it knows `N`.
-pub(super) struct Swept<const N: usize> {
-    tables: Vec<Table<N>>,
-    prices: [f64; N],
+/// What is left along a leg, by place, speed, gear and price.
+pub(super) struct Swept {
+    tables: Vec<Table>,
+    prices: [f64; PRICES],
 }
 
-impl<const N: usize> Swept<N> {
+impl Swept {
     /// Sweeps a leg from its end to its start, at prices of time in W; none once the flag is set.
-    pub(super) fn of(search: &Search, prices: &[f64; N], stop: &AtomicBool) -> Option<Self> {
+    pub(super) fn of(search: &Search, prices: &[f64; PRICES], stop: &AtomicBool) -> Option<Self> {
         Some(Self { tables: backward(search, prices, stop)?, prices: *prices })
     }
 
     /// The best ways, one for each price; none where there is no way at all.
-    pub(super) fn ways(&self, search: &Search) -> [Option<Way>; N] {
-        let mut ways = [const { None }; N];
+    pub(super) fn ways(&self, search: &Search) -> [Option<Way>; PRICES] {
+        let mut ways = [const { None }; PRICES];
         for (k, way) in ways.iter_mut().enumerate() {
             *way = self.way(search, [k, k], 0);
         }
@@ -80,10 +89,9 @@ impl<const N: usize> Swept<N> {
         let gear = starts.min_by(|a, b| left(*a).total_cmp(&left(*b)))?;
         let mut way = Way { moves: Vec::new(), gear, energy_j: 0.0, time_s: 0.0 };
         let (mut at, mut speed_mps, mut engaged) = (0, start_mps, gear);
-        let (mut shifts, mut moves) = (Shifts::default(), Vec::new());
+        let mut moves = Vec::new();
         while at < last {
-            search.shifts(at, speed_mps, &mut shifts);
-            search.moves(at, speed_mps, engaged, &shifts, &mut moves);
+            search.moves(at, speed_mps, engaged, &mut moves);
             let price = price_at(at);
             let cost = |step: &Move| {
                 let (low, high, share) = self.tables[step.to].between(step.speed_mps, step.gear);
@@ -104,21 +112,16 @@ impl<const N: usize> Swept<N> {
     }
 }
 
-fn backward<const N: usize>(
-    search: &Search,
-    prices: &[f64; N],
-    stop: &AtomicBool,
-) -> Option<Vec<Table<N>>> {
-    let no_way = [f64::INFINITY; N];
+fn backward(search: &Search, prices: &[f64; PRICES], stop: &AtomicBool) -> Option<Vec<Table>> {
     let gears = search.truck.gears();
     let last = search.places.len() - 1;
-    let mut tables: Vec<Table<N>> = search
+    let mut tables: Vec<Table> = search
         .levels
         .iter()
-        .map(|levels| Table { levels: *levels, gears, left: vec![no_way; levels.count * gears] })
+        .map(|levels| Table { levels: *levels, gears, left: vec![NO_WAY; levels.count * gears] })
         .collect();
-    tables[last].left.fill([0.0; N]);
-    let (mut shifts, mut moves) = (Shifts::default(), Vec::new());
+    tables[last].left.fill([0.0; PRICES]);
+    let mut moves = Vec::new();
     for from in (0..last).rev() {
         if stop.load(Ordering::Relaxed) {
             return None;
@@ -126,16 +129,15 @@ fn backward<const N: usize>(
         let levels = search.levels[from];
         for k in 0..levels.count {
             let speed_mps = levels.at(k);
-            search.shifts(from, speed_mps, &mut shifts);
             for gear in 0..gears {
-                if !levels.has(gear) || !search.truck.holds(gear, speed_mps, from > 0) {
+                if !search.truck.holds(gear, speed_mps, from > 0) {
                     continue;
                 }
-                search.moves(from, speed_mps, gear, &shifts, &mut moves);
-                let mut best = no_way;
+                search.moves(from, speed_mps, gear, &mut moves);
+                let mut best = NO_WAY;
                 for step in &moves {
                     let (low, high, share) = tables[step.to].between(step.speed_mps, step.gear);
-                    for i in 0..N {
+                    for i in 0..PRICES {
                         let left =
                             if share > 0.0 { low[i] + share * (high[i] - low[i]) } else { low[i] };
                         let cost = step.energy_j + prices[i] * step.time_s + left;
