@@ -189,11 +189,12 @@ fn adjusted(summary: &Summary) -> String {
         let adjusted = statistic.adjusted.as_ref()?;
         let (plain, ci95) = (statistic.mean?, statistic.ci95?);
         let half = |[low, high]: [f64; 2]| short(factor * (high - low) / 2.0);
+        let print = |value: f64| format!("{:.1$}", factor * value, digits(statistic, factor));
         Some(format!(
-            "{name}: mean {:.2} ± {} adjusted by what trips have on average, {:.2} ± {} plain.\n",
-            factor * adjusted.mean,
+            "{name}: {} ± {} adjusted for what was drawn, {} ± {} plain.\n",
+            print(adjusted.mean),
             half(adjusted.ci95),
-            factor * plain,
+            print(plain),
             half(ci95)
         ))
     };
