@@ -17,7 +17,9 @@ fn every_number_of_an_outline_has_the_expectation_that_is_taken_for_it() {
         let expectation = study.outline_expectation();
         let mut known: Vec<Vec<f64>> =
             (0..512).flat_map(|b| study.outlines_of_second_sample(1, b, 0)).collect();
-        known.iter_mut().for_each(|outline| expectation.put_into(outline));
+        for outline in &mut known {
+            expectation.put_into(outline);
+        }
         let drawn: Vec<Vec<f64>> = (0..DRAWS).map(|id| study.outline(2, id)).collect();
         for (k, name) in study.outline_names().iter().enumerate() {
             let expected = known.iter().map(|o| o[k]).sum::<f64>() / known.len() as f64;

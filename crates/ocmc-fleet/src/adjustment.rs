@@ -281,7 +281,9 @@ impl Adjustment {
     fn interval(&self, value: f64, influences: &[f64]) -> Option<[f64; 2]> {
         let beta = self.coefficients(influences);
         let mut errors = self.without_own_cluster(self.errors(influences, &beta));
-        errors.iter_mut().zip(&self.calibrated).for_each(|(error, c)| *error *= c);
+        for (error, c) in errors.iter_mut().zip(&self.calibrated) {
+            *error *= c;
+        }
         let of_expectations = beta.dot(&(&self.error * &beta));
         let half_width = self.half_width(&errors, of_expectations)?;
         Some([value - half_width, value + half_width])

@@ -56,7 +56,9 @@ impl OutlineSample {
         let drawn: Vec<Vec<f64>> = (0..batches).into_par_iter().flat_map_iter(batch).collect();
         let expectation = study.outline_expectation();
         let mut known = drawn.clone();
-        known.iter_mut().for_each(|outline| expectation.put_into(outline));
+        for outline in &mut known {
+            expectation.put_into(outline);
+        }
         Self { drawn, known }
     }
 
