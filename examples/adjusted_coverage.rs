@@ -7,6 +7,8 @@
 //! the mean over all runs at the largest number: adjusted means, P95 and their plain neighbours are
 //! held against it.
 
+#![allow(clippy::print_stdout, reason = "the table is what it is for")]
+
 use ocmc_api::study;
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_fleet::statistic::Statistic;
