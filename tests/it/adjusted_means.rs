@@ -36,6 +36,9 @@ fn every_number_of_an_outline_has_the_expectation_that_is_taken_for_it() {
     }
 }
 
+/// The adjusted mean, its interval, the plain mean.
+type Found = (f64, [f64; 2], f64);
+
 fn summary(study: &Arc<ocmc_core::study::Study>, seed: u64, cycles: u64) -> Summary {
     let plan = RunPlan::new(seed, 0, cycles, None, None);
     let ControlFlow::Continue(driven) = records(study, &plan, |_| ControlFlow::<()>::Continue(()))
@@ -55,7 +58,7 @@ fn adjusted_means_are_nearer_to_the_truth_and_their_intervals_hold_it() {
     const RUNS: u64 = 24;
     let sets = ["mission.length_m=5000"];
     let study = Arc::new(load("field-truck", &sets).expect("a study").study);
-    let runs: Vec<(f64, [f64; 2], f64)> = (1..=RUNS)
+    let runs: Vec<Found> = (1..=RUNS)
         .map(|seed| {
             let found = summary(&study, seed, 250);
             let own = found.consumption().expect("fuel");
@@ -65,7 +68,7 @@ fn adjusted_means_are_nearer_to_the_truth_and_their_intervals_hold_it() {
         .collect();
     let n = RUNS as f64;
     let truth = runs.iter().map(|run| run.0).sum::<f64>() / n;
-    let spread = |value: &dyn Fn(&(f64, [f64; 2], f64)) -> f64| {
+    let spread = |value: &dyn Fn(&Found) -> f64| {
         let mean = runs.iter().map(value).sum::<f64>() / n;
         let squares = runs.iter().map(|run| (value(run) - mean) * (value(run) - mean));
         (mean, (squares.sum::<f64>() / (n - 1.0)).sqrt())
