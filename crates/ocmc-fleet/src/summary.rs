@@ -258,6 +258,12 @@ impl SummaryBuilder {
         Self { adjuster, ..Self::new(Dependence::of(study.model(), seed)) }
     }
 
+    /// The same cycles with plain means alone, which are there at once.
+    #[must_use]
+    pub fn plain(self) -> Self {
+        Self { adjuster: None, ..self }
+    }
+
     /// Adds the next records.
     pub fn add(&mut self, records: &[Record]) {
         for record in records {

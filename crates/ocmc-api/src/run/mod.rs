@@ -250,6 +250,8 @@ fn drive(
         ControlFlow::Break(Stop::PreciseEnough) | ControlFlow::Continue(()) => RunEnd::Complete,
     };
     let wall_s = clock.elapsed().as_secs_f64();
+    // whoever interrupts a run waits for no adjustment of it
+    let mut fleet = if ended == RunEnd::Interrupted { fleet.plain() } else { fleet };
     let reached = manifest.precision.as_ref().map(|precision| precision.check(&mut fleet));
     let cycles = fleet.cycles();
     let mut summary = fleet.finish();
