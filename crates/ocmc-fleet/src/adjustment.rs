@@ -1,7 +1,7 @@
 //! Means and quantiles that are adjusted by what the cycles are known to have on average.
 //!
 //! A run happens to draw heavier trips than the study says, or more of the motorway; what its trips
-//! were expected to have is known ([`super::outline_sample`]). With z_i the terms of cycle i, each
+//! were expected to have is known (`outline_sample`). With z_i the terms of cycle i, each
 //! less its expectation, and β the coefficients of a regression of the quantity on them,
 //!
 //! θ = ȳ − βᵀ z̄ = Σ c_i y_i,   c_i = 1/n − w_i x_iᵀ A⁻¹ (0, z̄),   x_i = (1, z_i),   A = Σ w_i x_i x_iᵀ

@@ -28,13 +28,9 @@ pub fn schema() -> Value {
             together.",
         "additionalProperties": {
             "type": "object",
-            "properties": {
-                "reason": { "type": "string", "description": "Why they lie within their ranges." }
-            },
-            "additionalProperties": {
-                "type": "array", "minItems": 3, "maxItems": 3,
-                "description": "One end of the range, what was judged, the other end."
-            }
+            "description": "A reason, and for each key one end of its range, what was judged, and \
+                the other end.",
+            "additionalProperties": { "type": ["string", "array"] }
         }
     });
     schema["properties"]["judged"] = judged.clone();

@@ -136,7 +136,9 @@ fn the_pages_of_the_study_file_are_made_from_its_keys() {
     }
     // what the examples lack has a region of its own
     let all = all.into_inner();
-    for table in schema["properties"].as_object().unwrap() {
+    let tables = schema["properties"].as_object().unwrap().iter();
+    // ranges of judged numbers have no keys of their own: `study-file.md` tells their form
+    for table in tables.filter(|(name, _)| *name != "judged") {
         let named = Key(table.1).any_name().map(|any| (format!("{}.NAME", table.0), any));
         let (path, key) = named.unwrap_or((table.0.clone(), Key(table.1)));
         assert_has_tables(&path, key, &all);
