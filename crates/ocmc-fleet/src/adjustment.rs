@@ -105,7 +105,7 @@ impl Adjuster {
     }
 
     /// The adjustment of the cycles so far. `totals`: of each of them, in their order, what it adds
-    /// to the two totals of the consumption by which unusual cycles are told.
+    /// to the two totals of the consumption by which unusual cycles are recognised.
     pub(super) fn adjustment(&mut self, totals: &[(f64, f64)]) -> Option<Adjustment> {
         let cycles = self.ids.len();
         if cycles > MOST_CYCLES || totals.len() != cycles || cycles < CLUSTERS_A_TERM {
@@ -225,11 +225,6 @@ impl Adjustment {
         let solved = self.normal.solve(&lack);
         let columns = self.rows.column_iter().zip(&self.weights);
         self.calibrated = columns.map(|(x, w)| 1.0 / n + w * x.dot(&solved)).collect();
-    }
-
-    /// Number of terms.
-    pub fn terms(&self) -> usize {
-        self.terms.len()
     }
 
     fn coefficients(&self, values: &[f64]) -> DVector<f64> {
@@ -385,8 +380,8 @@ impl Adjustment {
         Some((-slope * (mean - expected), half_width))
     }
 
-    /// What the regression says of the cycles' own values; none where a cycle has none, as nothing is
-    /// expected of those that have one alone.
+    /// Predictions of the cycles' own values by the regression; none where a cycle has no value, as
+    /// nothing is expected of those that have one alone.
     pub(super) fn own_values(&self, values: Vec<f64>) -> Option<OwnValues> {
         let known: Vec<usize> = (0..values.len()).filter(|k| !values[*k].is_nan()).collect();
         let p = self.rows.nrows();

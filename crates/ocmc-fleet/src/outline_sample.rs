@@ -21,7 +21,7 @@ const SHARE: &str = "_share";
 /// Outlines of the second sample, as terms of a regression.
 #[derive(Clone, Debug)]
 pub(super) struct OutlineSample {
-    /// Those as they are drawn, a row each.
+    /// Outlines as they are drawn, a row each.
     pub(super) drawn: Vec<Vec<f64>>,
     /// The same, with what is known in place of what was drawn.
     known: Vec<Vec<f64>>,
@@ -35,7 +35,7 @@ pub(super) struct Terms {
     places: Vec<(usize, Option<usize>)>,
     centre: Vec<f64>,
     scale: Vec<f64>,
-    /// What the products are expected to be.
+    /// Expectations of the terms, which are zero but for products.
     expected: Vec<f64>,
 }
 

@@ -47,12 +47,6 @@ pub struct Quantile {
 }
 
 impl Statistic {
-    /// The most precise mean that is known and its 95 % interval: the adjusted one, else the plain one.
-    pub fn best_mean(&self) -> Option<(f64, Option<[f64; 2]>)> {
-        let adjusted = self.adjusted.as_ref().map(|adjusted| (adjusted.mean, Some(adjusted.ci95)));
-        adjusted.or_else(|| Some((self.mean?, self.ci95)))
-    }
-
     /// With intervals of clusters in several ways instead of by trucks alone; without any where
     /// they are not known.
     #[must_use]

@@ -237,7 +237,7 @@ pub struct SummaryBuilder {
     truck_arrivals: TruckArrivalBuilder,
     /// Ids of the counted cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
-    /// What the cycles are expected to have; none where it is not known.
+    /// Expectations of what the cycles have; none where they are not known.
     adjuster: Option<Adjuster>,
     /// Places of the counted cycles among all, where there is an adjuster.
     places: Vec<usize>,
@@ -402,7 +402,8 @@ impl SummaryBuilder {
         adjustment
     }
 
-    /// What each cycle adds to the two totals of a quantity's mean: nothing where it does not count.
+    /// Additions of each cycle to the two totals of a quantity's mean: nothing where it does not
+    /// count.
     fn totals_of_all(&self, quantity: &RecordQuantity) -> Vec<(f64, f64)> {
         let (times, over) = (quantity.times, quantity.over);
         let mut totals = vec![(0.0, 0.0); self.cycles as usize];

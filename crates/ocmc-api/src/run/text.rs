@@ -188,14 +188,14 @@ fn adjusted(summary: &Summary) -> String {
         let (name, factor) = label(statistic.column);
         let adjusted = statistic.adjusted.as_ref()?;
         let (plain, ci95) = (statistic.mean?, statistic.ci95?);
-        let half = |[low, high]: [f64; 2]| short(factor * (high - low) / 2.0);
+        let half = |[low, high]: [f64; 2]| (high - low) / 2.0;
         let print = |value: f64| format!("{:.1$}", factor * value, digits(statistic, factor));
         Some(format!(
             "{name}: {} ± {} adjusted for what was drawn, {} ± {} plain.\n",
             print(adjusted.mean),
-            half(adjusted.ci95),
+            print(half(adjusted.ci95)),
             print(plain),
-            half(ci95)
+            print(half(ci95))
         ))
     };
     summary.consumption().and_then(line).unwrap_or_default()

@@ -16,7 +16,7 @@ use crate::switch::ModelSwitch;
 /// Speed at which half of the way is taken to be driven, in m/s.
 const NOMINAL_SPEED_MPS: f64 = 16.7;
 
-/// What is known of an operating cycle without its road.
+/// The part of an operating cycle that is known without its road.
 #[derive(Clone, Debug)]
 pub struct CycleOutline {
     /// The mission, without its parts.

@@ -47,7 +47,7 @@ const LONGEST_FOLLOWED_M: f64 = 1.0e6;
 const STEPS: f64 = 20_000.0;
 const SHORTEST_STEP_M: f64 = 5.0;
 
-/// What the numbers of an outline are expected to be where that is known better than from draws:
+/// Expectations of the numbers of an outline where they are known better than from draws:
 /// the payload by the mean of its law, the shares of road types by the renewal equations of their
 /// chain, given the length of the trip.
 #[derive(Clone, Debug)]
@@ -81,7 +81,7 @@ impl OutlineExpectation {
 }
 
 impl Study {
-    /// What is known of the numbers of an outline beside draws.
+    /// Expectations of an outline's numbers that need no draws.
     pub fn outline_expectation(&self) -> OutlineExpectation {
         let SimulationModel { frozen, without, .. } = &self.model.simulation;
         let (sampler, law) = (&self.operating_cycle, &self.model.mission.payload_kg);

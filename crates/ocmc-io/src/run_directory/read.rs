@@ -42,7 +42,7 @@ pub(super) struct Measured {
     pub(super) statistics: BTreeMap<String, MeasuredStatistic>,
 }
 
-/// What the study's expectations make of a quantity.
+/// The adjusted values of a quantity, which the records alone do not give.
 #[derive(Deserialize)]
 pub(super) struct MeasuredStatistic {
     #[serde(default)]

@@ -3,7 +3,7 @@
 //!
 //! An entry has a `reason`, and for each of its keys `[low, judged, high]`: numbers, lists or laws as
 //! the key takes them. The keys of an entry move together. Where the value of the study is another
-//! one than what was judged, somebody has typed it, or a fit has written it: it is no longer judged,
+//! one than what was judged, it has been typed or written by a fit: it is no longer judged,
 //! and its key is left out. The tables say nothing of a trip: they are no part of the study's hash.
 
 use super::error::Fault;
@@ -30,7 +30,7 @@ pub struct JudgedKey {
     pub path: String,
     /// At one end of the plausible range.
     pub low: Value,
-    /// What was judged: the value of the study.
+    /// The value that was judged: that of the study.
     pub judged: Value,
     /// At the other end.
     pub high: Value,

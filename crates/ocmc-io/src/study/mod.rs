@@ -316,7 +316,7 @@ fn finish<S: AsRef<str>>(
 struct Checked {
     model: StudyModel,
     study: Study,
-    /// What is not used of another program's vehicle.
+    /// Values of another program's vehicle that are not used.
     notes: Vec<String>,
     judged: Vec<JudgedNumbers>,
 }
