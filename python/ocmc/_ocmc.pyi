@@ -338,6 +338,18 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    def doubt(
+        self,
+        *,
+        cycles: SupportsIndex,
+        against: Study | None = None,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        column: str | None = None,
+        out: str | PathLike[str] | None = None,
+        threads: SupportsIndex | None = None,
+        progress: _Progress = None,
+    ) -> Answer: ...
     def operating_cycle(self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1) -> OperatingCycle: ...
     def trace(self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1) -> Table: ...
     def __getattr__(self, name: str, /) -> Any: ...  # noqa: ANN401 (whatever a key holds)

@@ -84,6 +84,24 @@ def test_a_comparison_keeps_its_runs_and_has_a_page(study, tmp_path):
         ocmc.compare(study, loaded, cycles=2, out=out)
 
 
+def test_judged_numbers_are_in_doubt_until_they_are_typed(study, tmp_path):
+    answer = study.doubt(cycles=8, out=tmp_path / "d")
+    names = [numbers["name"] for numbers in answer["numbers"]]
+    assert "payload" in names
+    assert sorted(file.name for file in (tmp_path / "d").iterdir()) == [
+        "doubt.csv",
+        "doubt.json",
+        "report.html",
+        "study.toml",
+    ]
+    typed = study.set("mission.payload_kg", 1000.0)
+    assert "payload" not in [numbers["name"] for numbers in typed.doubt(cycles=8)["numbers"]]
+    difference = study.doubt(cycles=8, against=study)
+    assert difference["mean"] == difference["together"]["mean"] == 0.0
+    with pytest.raises(ValueError, match="colum"):
+        study.doubt(cycles=8, column="colour")
+
+
 def test_a_sensitivity_analysis_keeps_its_design(study, tmp_path):
     answer = study.sensitivity(cycles=40, factors=["mission", "driver"], crossed=10, out=tmp_path / "s")
     assert answer["two_way"]["drivers"] == 30

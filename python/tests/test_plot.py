@@ -266,6 +266,19 @@ def test_a_path_where_a_table_is_drawn_is_refused_by_name():
         ocmc.plot.curve_fit(CURVES, {"fit": None})
 
 
+def test_judged_numbers_have_a_bar_to_each_end():
+    def entry(name, low, high):
+        ends = [None if by is None else {"mean": {"by": by, "standard_error": None}} for by in (low, high)]
+        return {"name": name, "low": ends[0], "high": ends[1], "share": 0.5}
+
+    numbers = [entry("payload", -3.0, 2.0), entry("road_sequence", None, 1.0)]
+    ax = drawn(ocmc.plot.doubt({"column": "consumption_l_per_100km", "numbers": numbers}))
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["road sequence", "payload"]
+    low, high = ax.containers
+    assert low[1].get_width() == -3.0
+    assert [bar.get_width() for bar in high] == [1.0, 2.0]
+
+
 def test_the_items_of_a_cost():
     def study(name, items):
         listed = [{"item": item, "per_km": value} for item, value in items.items()]

@@ -1,6 +1,7 @@
 //! Adjusted means: what trips are expected to have is what they have, and the means are nearer to
 //! the truth than plain ones, with intervals that hold it.
 
+use ocmc_fleet::comparison::compare;
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use ocmc_io::study::builtin::STUDIES;
@@ -91,4 +92,41 @@ fn few_trips_and_trucks_have_plain_means_alone() {
     // four trucks: not one term
     assert!(summary(&trucks, 1, 20).consumption().expect("fuel").adjusted.is_none());
     assert!(summary(&trucks, 1, 200).consumption().expect("fuel").adjusted.is_some());
+}
+
+/// The plain difference, the adjusted one, its interval.
+type Differences = (f64, f64, [f64; 2]);
+
+#[test]
+fn adjusted_differences_are_nearer_to_the_truth_and_their_intervals_hold_it() {
+    const RUNS: u64 = 40;
+    let own = load("field-truck", &["mission.length_m=10000"]).expect("a study");
+    let law = "vehicle.drag_area_m2={distribution=\"log_normal\",median=4.41,log_sd=0.05}";
+    let slippery = own.set(&[law]).expect("a study");
+    let studies = [&own.study, &slippery.study];
+    let runs: Vec<Differences> = (1..=RUNS)
+        .map(|seed| {
+            let plan = RunPlan::new(seed, 0, 250, None, None);
+            let go_on = |_| ControlFlow::<()>::Continue(());
+            let ControlFlow::Continue(mut found) = compare(&studies, &plan, None, go_on) else {
+                unreachable!("nobody breaks")
+            };
+            let found = found.comparisons.remove(0);
+            let adjusted = found.adjusted.expect("enough pairs");
+            (found.difference.expect("pairs"), adjusted.difference, adjusted.ci95)
+        })
+        .collect();
+    let n = RUNS as f64;
+    let moments = |value: &dyn Fn(&Differences) -> f64| {
+        let mean = runs.iter().map(value).sum::<f64>() / n;
+        let squares = runs.iter().map(|run| (value(run) - mean) * (value(run) - mean));
+        (mean, squares.sum::<f64>() / (n - 1.0))
+    };
+    let ((plain_mean, plain), (truth, adjusted)) = (moments(&|run| run.0), moments(&|run| run.1));
+    // some 2: at 1.3 times the noise of a quotient of variances of 40 runs each
+    assert!(plain > 1.3 * adjusted, "{plain} {adjusted}");
+    assert!((plain_mean - truth).abs() < 4.0 * (plain / n).sqrt(), "{plain_mean} {truth}");
+    let held = runs.iter().filter(|(.., [low, high])| *low <= truth && truth <= *high).count();
+    // of 40 intervals that hold 95 of 100 times fewer than 33 do in 1 of 700 cases
+    assert!(held >= 33, "{held}");
 }

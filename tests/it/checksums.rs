@@ -103,7 +103,7 @@ fn dead_run(out: &Path, format: RecordFormat) {
     let loaded = study::load("field-truck", &["mission.length_m=1000"]).expect("a study");
     let given = GivenDrive::nothing();
     let plan = RunPlan::new(1, 0, 3 * CHUNK_ROWS as u64, None, None);
-    let manifest = Manifest::new(&loaded.model, &plan, &given);
+    let manifest = Manifest::new(&loaded, &plan, &given);
     let mut run = RunDirectory::create(out, format, manifest).expect("empty");
     let first = RunPlan::new(1, 0, 2 * CHUNK_ROWS as u64, None, None);
     let ended = given.run(&loaded.study, &first, |records| {

@@ -25,6 +25,7 @@ mod command_line;
 mod common;
 mod cost;
 mod determinism;
+mod doubt;
 mod electric;
 mod energy_balance;
 mod fit;

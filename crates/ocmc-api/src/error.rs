@@ -131,6 +131,12 @@ pub enum Error {
     /// A comparison of fewer than two studies.
     #[error("a study is compared with another one: give two at least")]
     NothingToCompare,
+    /// A question about judged numbers to studies that have none.
+    #[error(
+        "no number of the study is judged: a study file says in its tables `[judged.NAME]` between \
+         which values they lie, and a number that is typed or fitted is not in doubt"
+    )]
+    NothingJudged,
     /// Costs of a study, of this name, without prices.
     #[error(
         "`{0}` has no prices: give it a table `[cost]`, or `--set cost.currency=EUR` and prices"

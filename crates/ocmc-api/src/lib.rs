@@ -25,6 +25,7 @@ mod compare;
 mod cost;
 mod curves;
 mod cycle;
+mod doubt;
 mod drive;
 mod error;
 mod fit;
@@ -63,6 +64,7 @@ pub use curves::{
     curves,
 };
 pub use cycle::{RealisedCycle, Track, Values, operating_cycle};
+pub use doubt::{DoubtAnswer, DoubtRequest, DoubtedNumbers, JudgedDifference, doubt};
 pub use drive::{Account, Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable};
 pub use error::{Error, FitError, columns, compared_columns, factors};
 pub use fit::{

@@ -57,6 +57,21 @@ pub(crate) fn table<Row: AsRef<[String]>>(
     std::iter::once(row("", widths, head)).chain(rows).collect()
 }
 
+/// The first of the names, as many as there is room for.
+pub(crate) fn as_many(names: &[String], room: usize) -> String {
+    let mut text = String::new();
+    for (k, name) in names.iter().enumerate() {
+        let comma = if k == 0 { "" } else { ", " };
+        let last = k + 1 == names.len();
+        let more = if last { 0 } else { ", ...".len() };
+        if text.chars().count() + comma.len() + name.chars().count() + more > room {
+            return text + ", ...";
+        }
+        text = text + comma + name;
+    }
+    text
+}
+
 /// The options of a range of cycles.
 pub(crate) fn range(plan: &RunPlan) -> String {
     let first = match plan.first_cycle {

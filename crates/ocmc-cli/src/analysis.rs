@@ -1,5 +1,5 @@
-//! `ocmc sensitivity`, `ocmc compare`: which factors the spread between cycles comes from, and how
-//! studies differ under common random numbers.
+//! `ocmc sensitivity`, `ocmc compare`, `ocmc doubt`: which factors the spread between cycles comes
+//! from, how studies differ under common random numbers, and what the answer owes to judged numbers.
 
 use crate::arguments::{
     FileOptions, FiledWorkOptions, RangeArguments, StudyOptions, check_range, one_of, whole_number,
@@ -11,8 +11,8 @@ use clap::error::Error as ArgumentError;
 use clap::{Arg, Args, Command};
 use ocmc_api::study::LoadedStudy;
 use ocmc_api::{
-    CompareRequest, FORMATS, OVERS, Over, REPORT, RecordFormat, SensitivityAnswer,
-    SensitivityRequest, Watch, columns, compared_columns, factors,
+    CompareRequest, DoubtAnswer, DoubtRequest, FORMATS, OVERS, Over, REPORT, RecordFormat,
+    SensitivityAnswer, SensitivityRequest, Watch, columns, compared_columns, factors,
 };
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -118,6 +118,38 @@ pub(crate) struct CompareArguments {
     /// Format of the records in --out [default: parquet]
     #[arg(long, value_name = "FORMAT", requires = "out", value_parser = one_of(FORMATS))]
     format: Option<RecordFormat>,
+}
+
+/// A study whose judged numbers are moved.
+#[derive(Clone, Debug, Args)]
+#[command(mut_arg("cycles", |cycles| cycles.default_value("2000").help("Number of cycles at each end of the ten entries that matter most; the others drive a tenth")))]
+pub(crate) struct DoubtArguments {
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Asks how far the difference to this study hangs on judged numbers: B less the study
+    #[arg(long, value_name = "NAME|FILE")]
+    against: Option<PathBuf>,
+    #[command(flatten)]
+    analysis: AnalysisArguments,
+}
+
+/// Moves the judged numbers and prints what that does.
+pub(crate) fn doubt(arguments: &DoubtArguments) -> Result<(), Failure> {
+    let DoubtArguments { study, against, analysis } = arguments;
+    let own = study.load()?;
+    let other = against.as_ref().map(|name| study.load_other(name)).transpose()?;
+    analysis.work.check_out()?;
+    let named = |loaded: &LoadedStudy| loaded.origin.to_string();
+    let request = DoubtRequest {
+        study: (named(&own), &own),
+        against: other.as_ref().map(|other| (named(other), other)),
+        plan: analysis.range.plan(analysis.work.threads)?,
+        column: analysis.column.clone(),
+    };
+    let ask = |watch: &mut Watch| ocmc_api::doubt(&request, watch);
+    analysis.work.write(ask, DoubtAnswer::save)?;
+    analysis.note_out("doubt.json, doubt.csv, the studies and a page");
+    Ok(())
 }
 
 /// Drives the design and prints the shares.

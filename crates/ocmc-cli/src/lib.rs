@@ -27,7 +27,7 @@ mod training;
 mod vecto;
 mod verify;
 
-use analysis::{CompareArguments, SensitivityArguments};
+use analysis::{CompareArguments, DoubtArguments, SensitivityArguments};
 use bound::BoundArguments;
 use calibrate::CalibrateCommand;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -100,6 +100,8 @@ enum Command {
     Sensitivity(SensitivityArguments),
     /// Compares studies under common random numbers: the paired difference and its interval
     Compare(CompareArguments),
+    /// Finds what the answer owes to numbers that nobody measured: each at both ends of its range
+    Doubt(DoubtArguments),
     /// Costs a study: per trip, km, tkm, truck-year and whole life, item by item; or two of them
     /// against each other: which is cheaper, from where on, and what decides
     Cost(CostArguments),
@@ -172,6 +174,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Validate(arguments)) => road::validate(arguments),
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
+        Some(Command::Doubt(arguments)) => analysis::doubt(arguments),
         Some(Command::Cost(arguments)) => cost::cost(arguments),
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),
         Some(Command::Training(arguments)) => training::training(arguments),

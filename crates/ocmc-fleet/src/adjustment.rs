@@ -246,14 +246,19 @@ impl Adjustment {
 
     /// The ratio of two totals; `totals` of each cycle, 0 and 0 where it does not count.
     pub(super) fn ratio(&self, totals: &[(f64, f64)]) -> Option<Adjusted> {
+        let (value, influences) = self.influences(totals)?;
+        Some(Adjusted { value, ci95: self.interval(value, &influences)? })
+    }
+
+    /// The ratio of two totals, and what each cycle has to do with its error.
+    fn influences(&self, totals: &[(f64, f64)]) -> Option<(f64, Vec<f64>)> {
         let y = self.total(totals.iter().map(|pair| pair.0));
         let x = self.total(totals.iter().map(|pair| pair.1));
         if x.is_nan() || x <= 0.0 {
             return None;
         }
         let value = y / x;
-        let influences: Vec<f64> = totals.iter().map(|(y, x_i)| (y - value * x_i) / x).collect();
-        Some(Adjusted { value, ci95: self.interval(value, &influences)? })
+        Some((value, totals.iter().map(|(y, x_i)| (y - value * x_i) / x).collect()))
     }
 
     /// The mean and the quantiles of a quantity: of each cycle what it adds to the two totals, and its
@@ -274,14 +279,39 @@ impl Adjustment {
 
     /// The 95 % interval of an estimate whose error is the weighted sum of these influences.
     fn interval(&self, value: f64, influences: &[f64]) -> Option<[f64; 2]> {
+        let (errors, beta) = self.weighted_errors(influences);
+        let of_expectations = beta.dot(&(&self.error * &beta));
+        let half_width = self.half_width(&errors, of_expectations)?;
+        Some([value - half_width, value + half_width])
+    }
+
+    /// What each cycle adds to the error of an estimate of these influences, and the coefficients of
+    /// the regression.
+    fn weighted_errors(&self, influences: &[f64]) -> (Vec<f64>, DVector<f64>) {
         let beta = self.coefficients(influences);
         let mut errors = self.without_own_cluster(self.errors(influences, &beta));
         for (error, c) in errors.iter_mut().zip(&self.calibrated) {
             *error *= c;
         }
-        let of_expectations = beta.dot(&(&self.error * &beta));
-        let half_width = self.half_width(&errors, of_expectations)?;
-        Some([value - half_width, value + half_width])
+        (errors, beta)
+    }
+
+    /// The difference of two ratios of the same cycles in two studies, B less A. The
+    /// expectations of both are from the same draws, so that their errors largely fall out.
+    pub(super) fn difference([a, b]: [&Self; 2], totals: [&[(f64, f64)]; 2]) -> Option<Adjusted> {
+        let (of_a, influences_a) = a.influences(totals[0])?;
+        let (of_b, influences_b) = b.influences(totals[1])?;
+        let value = of_b - of_a;
+        let (errors_a, beta_a) = a.weighted_errors(&influences_a);
+        let (errors_b, beta_b) = b.weighted_errors(&influences_b);
+        let errors: Vec<f64> = errors_b.iter().zip(&errors_a).map(|(b, a)| b - a).collect();
+        let [of_a, of_b] = [(a, beta_a), (b, beta_b)]
+            .map(|(own, beta)| own.sample.means_of_batches(&own.terms, &beta));
+        let apart = of_b.iter().zip(&of_a).map(|(b, a)| (b - a) * (b - a)).sum::<f64>();
+        let batches = of_b.len().min(of_a.len()) as f64;
+        let of_expectations = apart / (batches * (batches - 1.0));
+        let half_width = b.half_width(&errors, of_expectations)?;
+        Some(Adjusted { value, ci95: [value - half_width, value + half_width] })
     }
 
     /// Half of the 95 % interval of an estimate whose error is the sum of these, one of each cycle,

@@ -9,11 +9,13 @@
 //!
 //! Two independent runs of the same size would have se² = Σ (e_Aᵢ² + e_Bᵢ²) / (n (n − 1)); the
 //! quotient of the two is the variance reduction. Where cycles depend on one another, the residuals
-//! of a batch are added up first (see [`super::dependence`]). What uncertain numbers of the studies
+//! of a batch are added up first (see [`super::dependence`]). Where it is known what the cycles have
+//! on average, the difference is adjusted by it, too (see [`super::adjustment`]). What uncertain numbers of the studies
 //! add is told by drives on both sides of each number (see [`super::uncertainty`]).
 //! Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the residuals;
 //! the rest is the variance of a difference.
 
+use super::adjustment::{Adjusted, Adjuster, Adjustment};
 use super::clustering::Clusters;
 use super::dependence::Dependence;
 use super::pair::{Pair, row, side};
@@ -25,6 +27,7 @@ use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
 use serde::Serialize;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// Relative difference below which two values are the same. A cycle ends within half a metre of the
 /// end of its road, so the same stops over 100 km differ by up to 5e-6 of them.
@@ -44,6 +47,10 @@ pub struct Comparison {
     /// 95 % interval of the difference, of sampling alone; none from fewer than two pairs, or
     /// batches of pairs.
     pub ci95: Option<[f64; 2]>,
+    /// The difference adjusted by what the cycles are known to have on average ([`super::adjustment`]);
+    /// none where that is not known, or the pairs are too few.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adjusted: Option<AdjustedDifference>,
     /// What the difference owes to uncertain numbers of the studies; none where both take theirs for
     /// certain, and where the two correlate the errors of the same numbers differently.
     pub parameter_uncertainty: Option<ParameterUncertainty>,
@@ -70,6 +77,43 @@ pub struct Comparison {
     pub a_failed: u64,
     /// Cycles that B did not complete.
     pub b_failed: u64,
+}
+
+/// A difference of adjusted means.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AdjustedDifference {
+    /// B less A.
+    pub difference: f64,
+    /// Its 95 % interval, of sampling alone.
+    pub ci95: [f64; 2],
+}
+
+impl AdjustedDifference {
+    /// That of the pairs of the same cycles in two studies under a seed. A cycle that is no pair
+    /// adds nothing, in either study.
+    fn of(
+        quantity: &NamedQuantity,
+        studies: [&Study; 2],
+        seed: u64,
+        records: [&[Record]; 2],
+    ) -> Option<Self> {
+        let pairs = records[0].iter().zip(records[1]).map(|(a, b)| {
+            let (a, b) = (quantity.totals(a)?, quantity.totals(b)?);
+            Some([a, b])
+        });
+        let pairs: Vec<[(f64, f64); 2]> = pairs.map(Option::unwrap_or_default).collect();
+        let side = |k: usize| {
+            let totals: Vec<(f64, f64)> = pairs.iter().map(|pair| pair[k]).collect();
+            let mut adjuster = Adjuster::new(Arc::new(studies[k].clone()), seed)?;
+            for record in records[k] {
+                adjuster.add(record.cycle_id);
+            }
+            Some((adjuster.adjustment(&totals)?, totals))
+        };
+        let ((a, totals_a), (b, totals_b)) = (side(0)?, side(1)?);
+        let Adjusted { value, ci95 } = Adjustment::difference([&a, &b], [&totals_a, &totals_b])?;
+        Some(Self { difference: value, ci95 })
+    }
 }
 
 /// Whether two values are the same but for rounding.
@@ -190,6 +234,7 @@ impl Comparison {
             b: means.map(|means| means.b),
             difference,
             ci95: difference.zip(spread).map(|(difference, spread)| spread.ci95(difference)),
+            adjusted: None,
             parameter_uncertainty: None,
             share_a_lower: share(|a, b| a < b && !same(a, b)),
             share_equal: share(same),
@@ -272,6 +317,8 @@ pub fn compare<B>(
             (Some(a), None) => Effects::nothing(quantity).less(a),
             (None, b) => b.clone(),
         };
+        let (of, records) = ([studies[0], studies[k]], [&*driven[0], &*driven[k]]);
+        found.adjusted = AdjustedDifference::of(quantity, of, plan.seed, records);
         let known = found.difference.zip(found.ci95).zip(of_both);
         found.parameter_uncertainty =
             known.map(|((mean, ci95), effects)| effects.around(mean, ci95, dependence.replicates));

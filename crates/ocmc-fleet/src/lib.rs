@@ -25,6 +25,7 @@ pub mod components;
 pub mod cost;
 pub mod cost_difference;
 pub mod dependence;
+pub mod doubt;
 pub mod histogram;
 pub mod kaplan_meier;
 pub mod load;

@@ -91,7 +91,7 @@ impl Statistic {
 }
 
 /// Standard deviation of a sample, with n − 1; none below two values.
-fn standard_deviation(values: &[f64]) -> Option<f64> {
+pub(super) fn standard_deviation(values: &[f64]) -> Option<f64> {
     if values.len() < 2 {
         return None;
     }

@@ -89,6 +89,12 @@ pub fn decimals(number: f64) -> usize {
     }
 }
 
+/// A positive number with two digits.
+pub fn two_digits(number: f64) -> String {
+    let digits = if number > 0.0 { (1.0 - number.log10().floor()).clamp(0.0, 6.0) } else { 1.0 };
+    format!("{number:.0$}", digits as usize)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

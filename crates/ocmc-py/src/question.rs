@@ -12,7 +12,7 @@ use crate::table::Table;
 use crate::value::{one_of, one_or_more, study_value, whole_number};
 use ocmc_api::study::{self, Files, Given};
 use ocmc_api::{
-    Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, FORMATS, GivenDrive,
+    Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, DoubtRequest, FORMATS, GivenDrive,
     LAST_CYCLE_ID, OVERS, RangeRequest, RequeueRequest, SEASONS, SensitivityRequest, SizeRequest,
     TrainingRequest, check_empty,
 };
@@ -479,6 +479,81 @@ impl PyStudy {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         let request = BoundRequest { study: &self.loaded, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::bound(&request, watch))?)
+    }
+
+    /// What the answer owes to numbers that are judged: each is driven at both ends of its plausible
+    /// range, on the same cycles.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of cycles at each end of the ten entries that matter most; the others drive a
+    ///     tenth of them.
+    /// against : Study, optional
+    ///     A study B: then it is B less this one, A, that is asked about.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// column : str, optional
+    ///     The quantity; by default the first consumption that the studies have.
+    /// out : str or os.PathLike, optional
+    ///     Directory for ``doubt.json``, ``doubt.csv``, the studies and a page; it has to be empty,
+    ///     and is made where it is not there.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc doubt --json``: ``together``, the roots of the sums of squares of
+    ///     the effects on mean, standard deviation and 95th percentile, and ``numbers``, each with
+    ///     its changes at the ``low`` and the ``high`` end, its ``share``, its ``reason`` and the
+    ///     command whose data would replace it (``replaced_by``).
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range, where there is no such column, or where nothing is
+    ///     judged.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 3000.0)
+    /// >>> answer = study.doubt(cycles=10)
+    /// >>> answer["numbers"][0]["standing"]
+    /// 'judged'
+    #[pyo3(
+        signature = (
+            *, cycles, against=None, seed=None, first_cycle=None, column=None, out=None,
+            threads=None, progress=None
+        ),
+        text_signature = "($self, *, cycles, against=None, seed=1, first_cycle=0, column=None, out=None, \
+                          threads=None, progress=None)"
+    )]
+    fn doubt<'py>(
+        &self,
+        py: Python<'py>,
+        cycles: &Bound<'py, PyAny>,
+        against: Option<&Bound<'py, Self>>,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+        column: Option<&str>,
+        out: Option<PathBuf>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        out.as_deref().map_or(Ok(()), check_empty).map_err(exception)?;
+        let against = against.map(|study| study.get().named());
+        let column = column.map(str::to_owned);
+        let request = DoubtRequest { study: self.named(), against, plan, column };
+        let found = watched(py, progress, |watch| ocmc_api::doubt(&request, watch))?;
+        out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
+        answer(py, &found)
     }
 
     /// Costs of the study: per trip, km, tkm, truck-year and whole life, item by item. Or which of

@@ -25,6 +25,7 @@ from ocmc.plot._consumption import consumption
 from ocmc.plot._cost import cost
 from ocmc.plot._curve_fit import curve_fit, curve_fit_by_driver
 from ocmc.plot._differences import differences
+from ocmc.plot._doubt import doubt
 from ocmc.plot._identified import identified
 from ocmc.plot._sensitivity import sensitivity
 from ocmc.plot._trace import trace
@@ -39,6 +40,7 @@ __all__ = [
     "curve_fit",
     "curve_fit_by_driver",
     "differences",
+    "doubt",
     "identified",
     "loads",
     "seasons",

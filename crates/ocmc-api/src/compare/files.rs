@@ -39,7 +39,7 @@ pub(crate) fn kept_runs(
 ) -> Vec<KeptRun> {
     let wall_s = wall_s * plan.cycles as f64 / driven as f64;
     let runs = studies.iter().zip(fleets).map(|((_, loaded), records)| {
-        let manifest = Manifest::new(&loaded.model, plan, &GivenDrive::nothing());
+        let manifest = Manifest::new(loaded, plan, &GivenDrive::nothing());
         KeptRun { manifest, records, wall_s }
     });
     runs.collect()

@@ -4,13 +4,16 @@ mod files;
 
 use crate::answer::Answer;
 use crate::cost::{difference as cost_difference, sides_text};
+use crate::doubt::{JudgedDifference, cycles_of_difference, of_difference};
 use crate::error::Error;
 use crate::study_difference::beside_comparison;
 use crate::text::{effects, fact, took};
 use crate::watch::{Watch, watched};
 use files::{KeptRun, kept_runs};
 use ocmc_core::study::Study;
-use ocmc_fleet::comparison::{Compared, Comparison, compare as compare_fleets, cycles_of};
+use ocmc_fleet::comparison::{
+    AdjustedDifference, Compared, Comparison, compare as compare_fleets, cycles_of,
+};
 use ocmc_fleet::cost_difference::CostDifference;
 use ocmc_fleet::quantity::{NamedQuantity, WHEEL, numeric_columns, quantity, quantity_of_column};
 use ocmc_fleet::run::RunPlan;
@@ -20,6 +23,7 @@ use ocmc_io::study::{KeyDifference, differences};
 use ocmc_io::study::{LoadedStudy, nearest, study_hash};
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// The studies, and what is compared.
@@ -69,6 +73,9 @@ pub struct ComparedStudies {
     /// The difference.
     #[serde(flatten)]
     pub comparison: Comparison,
+    /// What the difference owes to judged numbers; none where no number is judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judged: Option<JudgedDifference>,
     /// The keys in which they differ, what differs most first.
     pub differing_keys: Vec<KeyDifference>,
     /// Which of them costs less; none where they have not both prices in one currency.
@@ -107,9 +114,14 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     let quantity = column.as_deref().map(|name| column_named(name, studies)).transpose()?;
     let all: Vec<&Study> = studies.iter().map(|(_, loaded)| &loaded.study).collect();
     let clock = Instant::now();
-    let cycles = cycles_of(&all, plan);
-    let Compared { comparisons: compared, fleets } =
-        watched(cycles, watch, |look| compare_fleets(&all, plan, quantity.as_ref(), look))?;
+    let pairs: Vec<[&LoadedStudy; 2]> = others.iter().map(|(_, b)| [*a, *b]).collect();
+    let of_pairs: u64 = pairs.iter().map(|pair| cycles_of_difference(pair, plan).1).sum();
+    let cycles = cycles_of(&all, plan) + of_pairs;
+    let (Compared { comparisons: compared, fleets }, judged) = watched(cycles, watch, |look| {
+        let found = compare_fleets(&all, plan, quantity.as_ref(), &mut *look)?;
+        let judged = judged(&found, quantity.as_ref(), &pairs, plan, look)?;
+        ControlFlow::Continue((found, judged))
+    })?;
     let wall_s = clock.elapsed().as_secs_f64();
     let by_wheels = compared.iter().all(|comparison| comparison.column == WHEEL);
     let without_fuel = studies.iter().filter(|(_, study)| {
@@ -119,7 +131,8 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     });
     let without_fuel = without_fuel.map(|(name, _)| name.clone()).collect();
     let comparisons =
-        compared.into_iter().zip(others).enumerate().map(|(k, (comparison, (name, b)))| {
+        compared.into_iter().zip(others).zip(judged).enumerate().map(|(k, (compared, judged))| {
+            let (comparison, (name, b)) = compared;
             let sides = [(*a, fleets[0].as_slice()), (*b, fleets[k + 1].as_slice())];
             ComparedStudies {
                 study_a: name_a.clone(),
@@ -129,6 +142,7 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
                 seed: plan.seed,
                 first_cycle: plan.first_cycle,
                 comparison,
+                judged,
                 differing_keys: differences(&a.model, &b.model),
                 cost: cost_difference(sides, plan).map(Box::new),
             }
@@ -136,6 +150,32 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     let comparisons = comparisons.collect();
     let kept = if *keep { kept_runs(studies, plan, fleets, wall_s, cycles) } else { Vec::new() };
     Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, driven: cycles, wall_s, kept })
+}
+
+/// What each difference owes to judged numbers.
+fn judged(
+    Compared { comparisons, fleets }: &Compared,
+    asked: Option<&NamedQuantity>,
+    pairs: &[[&LoadedStudy; 2]],
+    plan: &RunPlan,
+    look: &mut dyn FnMut(u64) -> ControlFlow<()>,
+) -> ControlFlow<(), Vec<Option<JudgedDifference>>> {
+    let all: Vec<&Study> = pairs.iter().map(|[_, b]| &b.study).collect();
+    let mut driven = plan.cycles * (all.len() as u64 + 1);
+    let mut found = Vec::with_capacity(pairs.len());
+    for (k, (pair, comparison)) in pairs.iter().zip(comparisons).enumerate() {
+        let fleets = [&*fleets[0], &*fleets[k + 1]];
+        let known =
+            asked.or_else(|| quantity(&comparison.column).map(|known| known as &NamedQuantity));
+        let Some(known) = known else {
+            found.push(None);
+            continue;
+        };
+        let mut on = |cycles| look(driven + cycles);
+        found.push(of_difference(known, pair, &fleets, plan, &mut on)?);
+        driven += cycles_of_difference(pair, plan).1;
+    }
+    ControlFlow::Continue(found)
 }
 
 /// The quantity of a column that one of the studies has at least.
@@ -183,6 +223,7 @@ impl Answer for CompareAnswer {
             }
             let names = [compared.study_a.as_str(), compared.study_b.as_str()];
             text.push_str(&comparison_text(&compared.comparison, names));
+            text.push_str(&judged_text(compared));
             if let Some(cost) = &compared.cost {
                 text.push_str("\nCost, item by item with break-even: ocmc cost --against\n");
                 text.push_str(&sides_text(cost));
@@ -253,6 +294,10 @@ fn difference_lines(
     let share = 100.0 * difference / a;
     let share = if a == 0.0 { String::new() } else { format!(" ({share:+.2} %)") };
     line("B - A", &format!("{change:+.digits$} ± {interval}{share}"));
+    if let Some(AdjustedDifference { difference, ci95 }) = comparison.adjusted {
+        let text = format!("{:+.digits$} ± {}", factor * difference, half(ci95));
+        line("adjusted", &format!("{text}, for what was drawn"));
+    }
     if let Some(uncertain) = &comparison.parameter_uncertainty {
         let wide = half(uncertain.ci95);
         line("with parameters", &format!("± {wide}, with the errors of the uncertain numbers"));
@@ -277,8 +322,26 @@ fn difference_lines(
     }
 }
 
-/// Decimals that show the interval with two digits.
+/// What the difference owes to judged numbers.
+fn judged_text(compared: &ComparedStudies) -> String {
+    let (Some(judged), Some(_)) = (&compared.judged, compared.comparison.difference) else {
+        return String::new();
+    };
+    let (_, factor) = label(&compared.comparison.column);
+    let Some(plus_minus) = judged.plus_minus else {
+        return "  judged             unknown: ocmc doubt --against finds it\n".to_owned();
+    };
+    let digits = decimals_of(&compared.comparison, factor);
+    format!(
+        "  judged             ± {:.digits$} from the {} that matter most: see ocmc doubt\n",
+        factor * plus_minus,
+        judged.moved.len()
+    )
+}
+
+/// Decimals that show the narrowest interval with two digits.
 fn decimals_of(comparison: &Comparison, factor: f64) -> usize {
-    let half_width = comparison.ci95.map_or(0.0, |[low, high]| factor * (high - low) / 2.0);
+    let narrowest = comparison.adjusted.map(|adjusted| adjusted.ci95).or(comparison.ci95);
+    let half_width = narrowest.map_or(0.0, |[low, high]| factor * (high - low) / 2.0);
     if half_width > 0.0 { (1.0 - half_width.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 }
 }

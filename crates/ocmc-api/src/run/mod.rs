@@ -128,8 +128,7 @@ pub fn run(
     let RunRequest { study, given, plan, precision, out } = request;
     let loaded = given.study((*study).clone())?;
     whole_trucks(&loaded.study, plan)?;
-    let manifest =
-        Manifest { precision: precision.clone(), ..Manifest::new(&loaded.model, plan, given) };
+    let manifest = Manifest { precision: precision.clone(), ..Manifest::new(&loaded, plan, given) };
     let fleet = SummaryBuilder::of(&Arc::new(loaded.study.clone()), plan.seed);
     let directory = match out {
         Some((path, format)) => Some(RunDirectory::create(path, *format, manifest.clone())?),

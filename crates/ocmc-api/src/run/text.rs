@@ -5,16 +5,18 @@ use super::RunAnswer;
 use super::charging_text::charging;
 use super::parts_text::parts;
 use super::trucks_text::trucks;
-use crate::text::{effects, fact, row, threads_text};
+use crate::text::{as_many, effects, fact, row, threads_text};
 use ocmc_core::record::Outcome;
 use ocmc_fleet::histogram::Histogram;
 use ocmc_fleet::precision::{Precision, Reached};
 use ocmc_fleet::statistic::Statistic;
 use ocmc_fleet::summary::Summary;
 use ocmc_io::label::{label, remarks, saturation};
-use ocmc_io::number_text::{count_of, decimals, grouped, rough, rounded, rounded_share, short};
+use ocmc_io::number_text::{
+    count_of, decimals, grouped, rough, rounded, rounded_share, short, two_digits,
+};
 use ocmc_io::run_directory::RunSummary;
-use ocmc_io::study::Origin;
+use ocmc_io::study::{NumbersShare, Origin};
 use std::fmt::Write;
 use std::iter::once;
 
@@ -23,7 +25,7 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     let run = &answer.summary;
     let mut text = heading(answer, run);
     if run.summary.outcomes.counted() > 0 {
-        let table = summary_table(&run.summary) + &adjusted(&run.summary);
+        let table = summary_table(&run.summary) + &adjusted(&run.summary) + &judged(run);
         let few = run.note.map_or_else(String::new, |note| format!("Intervals: {note}.\n"));
         let remarks: String =
             remarks(&run.summary).into_iter().map(|remark| remark + "\n").collect();
@@ -200,6 +202,35 @@ fn adjusted(summary: &Summary) -> String {
     };
     summary.consumption().and_then(line).unwrap_or_default()
 }
+
+/// What the mean owes to numbers that are judged.
+fn judged(run: &RunSummary) -> String {
+    let (Some(judged), Some(own)) = (&run.judged, run.summary.consumption()) else {
+        return String::new();
+    };
+    let (_, factor) = label(own.column);
+    match (judged.plus_minus, &judged.doubt.stored) {
+        (Some(plus_minus), Some(stored)) => {
+            let about = if stored.is_same { "" } else { "about " };
+            let half = two_digits(factor * plus_minus);
+            let start = format!("{about}± {half} from judged numbers (");
+            let room = WIDTH - start.chars().count() - SEE.len();
+            let shares = stored.largest.iter().map(|NumbersShare { name, share }| {
+                format!("{} {:.0} %", name.replace('_', " "), 100.0 * share)
+            });
+            format!("{start}{}{SEE}\n", as_many(&shares.collect::<Vec<_>>(), room))
+        }
+        _ if judged.doubt.entries == 0 => {
+            "± unknown from judged numbers: the study does not say which they are\n".to_owned()
+        }
+        _ => "± unknown from judged numbers: ocmc doubt finds it\n".to_owned(),
+    }
+}
+
+/// Behind the names of judged numbers.
+const SEE: &str = "): see ocmc doubt";
+/// Width of a line.
+const WIDTH: usize = 80;
 
 /// Widths of the names, of the mean with its interval, of the spread and the quantiles, behind a
 /// space each.

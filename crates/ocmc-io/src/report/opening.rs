@@ -5,7 +5,9 @@ use super::energy::largest_losses;
 use super::svg::escaped;
 use super::{Explaining, Reported, shown};
 use crate::label::{label, saturation};
-use crate::number_text::{count_of, decimals, grouped, rounded};
+use crate::number_text::{count_of, decimals, grouped, rounded, two_digits};
+use crate::run_directory::JudgedMean;
+use crate::study::NumbersShare;
 use ocmc_fleet::statistic::Statistic;
 use ocmc_fleet::summary::Summary;
 use std::fmt::Write;
@@ -33,6 +35,34 @@ pub(super) fn opening(run: &Reported, explaining: &[Explaining]) -> String {
     text
 }
 
+/// What the mean owes to judged numbers, in large print.
+fn half_of(judged: &JudgedMean, factor: f64) -> String {
+    judged.plus_minus.map_or("± ?".to_owned(), |h| format!("± {}", two_digits(factor * h)))
+}
+
+/// Which numbers these are.
+fn of_judged(judged: &JudgedMean) -> String {
+    let Some(stored) = &judged.doubt.stored else {
+        let why = match judged.doubt.entries {
+            0 => "the study does not say which they are",
+            _ => "ocmc doubt finds it",
+        };
+        return format!("from judged numbers, not known: {why}");
+    };
+    let shares = stored.largest.iter().take(LARGEST_JUDGED);
+    let shares = shares.map(|NumbersShare { name, share }| {
+        format!("{} {:.0} %", name.replace('_', " "), 100.0 * share)
+    });
+    let about = if stored.is_same { "" } else { ", about" };
+    format!(
+        "from judged numbers{about} ({}, ...): ocmc doubt",
+        shares.collect::<Vec<_>>().join(", ")
+    )
+}
+
+/// Entries of judged numbers that are named.
+const LARGEST_JUDGED: usize = 2;
+
 /// The answer in large print.
 pub(super) fn key_numbers(run: &Reported) -> String {
     let summary = &run.summary.summary;
@@ -47,10 +77,23 @@ pub(super) fn key_numbers(run: &Reported) -> String {
         let digits = statistic.mean.map_or(2, |mean| decimals(factor * mean));
         let half_width =
             half_width.map_or("–".to_owned(), |h| format!("{:.digits$}", factor * h));
-        key(
-            &format!("{} ± {half_width}", shown(statistic.mean, factor)),
-            &format!("{unit}, mean of the fleet with its 95 % interval"),
-        );
+        let plain = format!("{} ± {half_width}", shown(statistic.mean, factor));
+        match &statistic.adjusted {
+            Some(adjusted) => {
+                let half = (adjusted.ci95[1] - adjusted.ci95[0]) / 2.0;
+                key(
+                    &format!("{:.digits$} ± {:.digits$}", factor * adjusted.mean, factor * half),
+                    &format!(
+                        "{unit}, mean of the fleet, adjusted for what was drawn, with its 95 % \
+                         interval; {plain} plain"
+                    ),
+                );
+            }
+            None => key(&plain, &format!("{unit}, mean of the fleet with its 95 % interval")),
+        }
+        if let Some(judged) = &run.summary.judged {
+            key(&half_of(judged, factor), &format!("{unit} {}", of_judged(judged)));
+        }
         key(&shown(statistic.sd, factor), &format!("{unit}, standard deviation between cycles"));
     }
     if let Some(speed) = summary.statistic("mean_speed_mps") {

@@ -18,7 +18,7 @@ fn run(name: &str) -> StoredRun {
     records[7].outcome = Outcome::Stalled;
     let mut fleet = SummaryBuilder::default();
     fleet.add(&records);
-    let mut manifest = Manifest::new(&loaded.model, &plan, &GivenDrive::nothing());
+    let mut manifest = Manifest::new(&loaded, &plan, &GivenDrive::nothing());
     manifest.study = name.to_owned();
     manifest.status = RunStatus::Complete;
     manifest.completed = 200;

@@ -20,7 +20,7 @@ pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, records_file, unfinished};
-pub use summary::{FEW_CYCLES, RunSummary, now};
+pub use summary::{FEW_CYCLES, JudgedMean, RunSummary, now};
 pub use verify::{CheckedFile, Verified, verify};
 
 use crate::charging_table::{CHARGINGS, LOADS, loads_batch};
@@ -29,7 +29,7 @@ use crate::given_drive::{Followed, GivenDrive};
 use crate::input_file;
 use crate::records::RecordFormat;
 use crate::sha256;
-use crate::study::{resolved_toml, study_hash};
+use crate::study::{JudgedDoubt, LoadedStudy, resolved_toml, study_hash};
 use crate::table_file::encoded;
 use crate::trucks::{self, TRUCKS};
 use checksum::Checksums;
@@ -38,7 +38,6 @@ use durable::replace;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_core::record::Record;
-use ocmc_core::study::StudyModel;
 use ocmc_core::study::fleet::FleetModel;
 use ocmc_core::study::uncertainty::numbers_without_error;
 use ocmc_fleet::dependence::Dependence;
@@ -91,6 +90,9 @@ pub struct Manifest {
     /// number of cycles instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub precision: Option<Precision>,
+    /// What judged numbers do to the mean; absent where nothing is judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub judged: Option<JudgedDoubt>,
     /// The resolved study, in TOML: a study file that, with what is followed, repeats the run.
     pub resolved_study: String,
     /// SHA-256 of the file of records; absent before it is there.
@@ -102,7 +104,15 @@ pub struct Manifest {
 
 impl Manifest {
     /// What the run is, before its first cycle.
-    pub fn new(study: &StudyModel, plan: &RunPlan, given: &GivenDrive) -> Self {
+    pub fn new(loaded: &LoadedStudy, plan: &RunPlan, given: &GivenDrive) -> Self {
+        let study = &loaded.model;
+        let judged = loaded.judged_doubt();
+        // effects are stored of trucks on the roads of the study
+        let on_its_roads = given.is_nothing();
+        let stored = |doubt: JudgedDoubt| JudgedDoubt {
+            stored: doubt.stored.filter(|_| on_its_roads),
+            ..doubt
+        };
         Self {
             format_version: FORMAT_VERSION,
             program_version: PROGRAM_VERSION.to_owned(),
@@ -116,6 +126,7 @@ impl Manifest {
             records: String::new(),
             followed: given.followed(),
             precision: None,
+            judged: judged.map(stored),
             resolved_study: resolved_toml(study),
             records_sha256: None,
             manifest_sha256: String::new(),
@@ -502,6 +513,7 @@ pub(super) mod tests {
             records: String::new(),
             followed: None,
             precision: None,
+            judged: None,
             resolved_study: "a = 1\n".to_owned(),
             records_sha256: None,
             manifest_sha256: String::new(),
@@ -518,6 +530,7 @@ pub(super) mod tests {
             seed: u64::MAX,
             first_cycle: 0,
             summary: builder.finish(),
+            judged: None,
             precision: None,
             ended_at: "2026-11-24T21:04:00Z".to_owned(),
             wall_s: 1.5,

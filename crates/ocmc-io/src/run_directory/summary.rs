@@ -1,6 +1,7 @@
 //! The machine-readable answer of a run.
 
 use super::{Manifest, indented};
+use crate::study::JudgedDoubt;
 use ocmc_fleet::precision::Reached;
 use ocmc_fleet::summary::Summary;
 use serde::Serialize;
@@ -24,6 +25,9 @@ pub struct RunSummary {
     /// What the cycles add up to.
     #[serde(flatten)]
     pub summary: Summary,
+    /// What the mean owes to numbers that are judged; absent where none is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judged: Option<JudgedMean>,
     /// How well the answer is known, of a run that was to end at a precision.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub precision: Option<Reached>,
@@ -38,6 +42,27 @@ pub struct RunSummary {
     pub threads: usize,
 }
 
+/// What a fleet's mean consumption owes to numbers that are judged.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JudgedMean {
+    /// Root of the sum of squares of the effects of their plausible ranges on the mean, in the unit
+    /// of the column: no confidence interval. None where it is not known without driving.
+    pub plus_minus: Option<f64>,
+    /// How it is known.
+    #[serde(flatten)]
+    pub doubt: JudgedDoubt,
+}
+
+impl JudgedMean {
+    fn new(doubt: &JudgedDoubt, summary: &Summary) -> Self {
+        let known = doubt.stored.as_ref().zip(summary.consumption());
+        let known = known.filter(|(stored, own)| stored.column == own.column);
+        let plus_minus = known.and_then(|(stored, own)| Some(stored.share_of_mean * own.mean?));
+        let stored = doubt.stored.clone().filter(|_| plus_minus.is_some());
+        Self { plus_minus, doubt: JudgedDoubt { stored, ..*doubt } }
+    }
+}
+
 impl RunSummary {
     /// What the run of this manifest adds up to, which ends now.
     pub fn new(manifest: &Manifest, summary: Summary, wall_s: f64, threads: usize) -> Self {
@@ -47,6 +72,7 @@ impl RunSummary {
             seed: manifest.seed,
             first_cycle: manifest.first_cycle,
             note: summary.has_few_cycles().then_some(FEW_CYCLES),
+            judged: manifest.judged.as_ref().map(|judged| JudgedMean::new(judged, &summary)),
             summary,
             precision: None,
             ended_at: now(),

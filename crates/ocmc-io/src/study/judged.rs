@@ -4,10 +4,11 @@
 //! An entry has a `reason`, and for each of its keys `[low, judged, high]`: numbers, lists or laws as
 //! the key takes them. The keys of an entry move together. Where the value of the study is another
 //! one than what was judged, it has been typed or written by a fit: it is no longer judged,
-//! and its key is left out. The tables say nothing of a trip: they are no part of the study's hash.
+//! and its key is left out. `judged.effects_of` names the built-in study whose stored effects hold. The tables say nothing of a trip: they are no part of the study's hash.
 
-use super::error::Fault;
+use super::error::{Fault, StudyFileError};
 use super::node::{Content, Node};
+use super::{LoadedStudy, finish};
 use ocmc_core::study::tree::Step;
 use serde::Serialize;
 use serde_json::Value;
@@ -36,22 +37,98 @@ pub struct JudgedKey {
     pub high: Value,
 }
 
+/// Commands that fit keys to data, by the beginning of their paths; the first that fits.
+const FITS: [(&str, Option<&str>); 16] = [
+    ("mission.length_m", Some(ROADS)),
+    ("mission.payload_kg", Some(ROADS)),
+    ("mission.departure", Some(ROADS)),
+    ("mission.stops", Some(ROADS)),
+    ("road.types.urban.wind_exposure", None),
+    ("road.types.rural.wind_exposure", None),
+    ("road.types.motorway.wind_exposure", None),
+    ("road.event", None),
+    ("road.", Some(ROADS)),
+    ("traffic.", Some("ocmc fit traffic")),
+    ("weather.", Some("ocmc fit weather")),
+    ("driver.curve_speed.", Some("ocmc fit curve-speed")),
+    ("driver.speed_change.launch", None),
+    ("driver.speed_change.peak", None),
+    ("driver.speed_change.", Some("ocmc fit speed-change")),
+    ("driver.pedals.pid", Some("ocmc identify")),
+];
+const ROADS: &str = "ocmc fit operating-cycle";
+
+impl JudgedNumbers {
+    /// The command whose data would replace them; none where they have to be typed.
+    pub fn replaced_by(&self) -> Option<&'static str> {
+        let path = &self.keys.first()?.path;
+        FITS.iter().find(|(start, _)| path.starts_with(start))?.1
+    }
+}
+
+/// An end of a plausible range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The first value of an entry, which is the lower one where the key takes a number.
+    Low,
+    /// The last one.
+    High,
+}
+
+impl LoadedStudy {
+    /// The study with numbers of one of its entries at an end of their ranges.
+    ///
+    /// # Errors
+    /// Where the rest of the study does not go with them.
+    pub fn at_end(&self, numbers: &JudgedNumbers, end: End) -> Result<Self, StudyFileError> {
+        let mut own = self.own.clone();
+        for key in &numbers.keys {
+            let value = match end {
+                End::Low => &key.low,
+                End::High => &key.high,
+            };
+            let nested = |value: Value, name: &str| {
+                Value::Object([(name.into(), value)].into_iter().collect())
+            };
+            let tree = key.path.split('.').rev().fold(value.clone(), nested);
+            own.overlay(Node::from_json(&tree)?)?;
+        }
+        finish(own, self.files.clone(), &[] as &[&str], self.origin.clone())
+    }
+}
+
 const TABLE: &str = "judged";
+/// The built-in study, or vehicle, whose stored effects hold ([`super::judged_effect`]).
+const EFFECTS_OF: &str = "effects_of";
 const ALLOWED: &str = "a `reason`, and for each key `[low, judged, high]`";
 
+/// What a study and its vehicle say of judged numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Judged {
+    pub(super) numbers: Vec<JudgedNumbers>,
+    /// The built-in study whose stored effects hold.
+    pub(super) study: Option<String>,
+    /// The built-in vehicle with which they hold.
+    pub(super) vehicle: Option<String>,
+}
+
 /// Takes the tables out of a tree whose bases are resolved; those of the vehicle last.
-pub(super) fn take(tree: &mut Node) -> Result<Vec<JudgedNumbers>, Box<Fault>> {
+pub(super) fn take(tree: &mut Node) -> Result<Judged, Box<Fault>> {
     let of_study = taken(tree);
     let of_vehicle = tree.get_mut("vehicle").and_then(taken);
-    let mut all = Vec::new();
+    let mut judged = Judged { numbers: Vec::new(), study: None, vehicle: None };
     for (tables, before) in [(of_study, ""), (of_vehicle, "vehicle.")] {
         let Some(tables) = tables else { continue };
         let Content::Table(tables) = &tables.content else { return Err(wrong(&tables, TABLE)) };
         for (name, entry) in tables {
-            all.extend(numbers(tree, name, entry, before)?);
+            match entry.as_str().filter(|_| name == EFFECTS_OF) {
+                Some(of) if before.is_empty() => judged.study = Some(of.to_owned()),
+                Some(of) => judged.vehicle = Some(of.to_owned()),
+                None => judged.numbers.extend(numbers(tree, name, entry, before)?),
+            }
         }
     }
-    Ok(all)
+    Ok(judged)
 }
 
 fn taken(node: &mut Node) -> Option<Node> {
@@ -119,6 +196,7 @@ fn same(a: &Value, b: &Value) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::End;
     use crate::study::builtin::STUDIES;
     use crate::study::{load, load_text};
 
@@ -129,19 +207,9 @@ mod tests {
         for study in STUDIES {
             let own = load(study.name, NO_SETS).unwrap_or_else(|e| panic!("{}: {e}", study.name));
             for numbers in own.judged() {
-                for end in [0, 1] {
-                    let value = |key: &super::JudgedKey| {
-                        if end == 0 { key.low.clone() } else { key.high.clone() }
-                    };
-                    let mut tree = own.model.to_tree();
-                    for key in &numbers.keys {
-                        let pointer = format!("/{}", key.path.replace('.', "/"));
-                        let place = tree.pointer_mut(&pointer);
-                        *place.unwrap_or_else(|| panic!("{pointer}")) = value(key);
-                    }
-                    let name = &numbers.name;
-                    let moved = crate::study::load_json(&tree, NO_SETS);
-                    assert!(moved.is_ok(), "{} {name} {end}: {}", study.name, moved.unwrap_err());
+                for end in [End::Low, End::High] {
+                    let (name, moved) = (&numbers.name, own.at_end(numbers, end));
+                    assert!(moved.is_ok(), "{} {name} {end:?}: {}", study.name, moved.unwrap_err());
                 }
             }
         }

@@ -33,6 +33,7 @@ mod files;
 mod fitted;
 mod init;
 mod judged;
+mod judged_effect;
 mod node;
 mod routes;
 mod schema;
@@ -49,7 +50,9 @@ pub use error::{Cause, Fault, StudyFileError, nearest};
 pub use files::{Files, ForeignVehicle, VehicleReader};
 pub use fitted::{Estimate, FittedPart, fitted_study};
 pub use init::init_text;
-pub use judged::{JudgedKey, JudgedNumbers};
+use judged::Judged;
+pub use judged::{End, JudgedKey, JudgedNumbers};
+pub use judged_effect::{JudgedDoubt, NumbersShare, StoredDoubt};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
@@ -82,13 +85,20 @@ pub struct LoadedStudy {
     /// Values of the file of a vehicle of another program that are not used.
     notes: Vec<String>,
     /// Between which values its judged numbers lie.
-    judged: Vec<JudgedNumbers>,
+    judged: Judged,
 }
 
 impl LoadedStudy {
     /// Between which values its judged numbers plausibly lie: those that nobody has changed.
     pub fn judged(&self) -> &[JudgedNumbers] {
-        &self.judged
+        &self.judged.numbers
+    }
+
+    /// What these numbers do to the mean consumption, as far as it is known without driving; none
+    /// where all of them have been replaced.
+    pub fn judged_doubt(&self) -> Option<JudgedDoubt> {
+        let on_routes = !self.model.mission.routes.is_empty();
+        judged_effect::of(&self.judged, &study_hash(&self.model), on_routes)
     }
 
     /// The files that it may name.
@@ -318,7 +328,7 @@ struct Checked {
     study: Study,
     /// Values of another program's vehicle that are not used.
     notes: Vec<String>,
-    judged: Vec<JudgedNumbers>,
+    judged: Judged,
 }
 
 fn check(own: &Node, files: &Files) -> Result<Checked, StudyFileError> {

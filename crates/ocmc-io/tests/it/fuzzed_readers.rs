@@ -163,7 +163,7 @@ fn run(directory: &Path, format: RecordFormat, is_whole: bool) {
     // a chunk is kept when it is full
     let cycles = if is_whole { 12 } else { CHUNK_ROWS as u64 + 6 };
     let plan = RunPlan::new(1, 0, cycles, Some(1), None);
-    let manifest = Manifest::new(&loaded.model, &plan, &GivenDrive::nothing());
+    let manifest = Manifest::new(&loaded, &plan, &GivenDrive::nothing());
     let driven: ControlFlow<(), _> = drive(&loaded.study, &plan, |_| ControlFlow::Continue(()));
     let ControlFlow::Continue(records) = driven else { panic!("nobody breaks") };
     let mut writer = RunDirectory::create(directory, format, manifest.clone()).unwrap();
