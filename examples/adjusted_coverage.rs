@@ -1,7 +1,9 @@
 //! How often the intervals of adjusted means and quantiles cover the truth, how far they are from
 //! it, and by how much they are narrower than those of plain ones.
 //!
-//!     cargo run --release --example adjusted_coverage -- STUDY [RUNS] [CYCLES ...] [key=value ...]
+//!     cargo run --release --example adjusted_coverage -- STUDY [RUNS] [CYCLES ...] [key=value ...] [against:key=value]
+//!
+//! With `against:` it is the difference to the study with this setting that is asked about.
 //!
 //! Each run has a seed of its own, 1001 and on, and is read at each number of cycles. The truth is
 //! the mean over all runs at the largest number: adjusted means, P95 and their plain neighbours are
@@ -10,6 +12,8 @@
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
 use ocmc_api::study;
+use ocmc_core::study::Study;
+use ocmc_fleet::comparison::compare;
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_fleet::statistic::Statistic;
 use ocmc_fleet::summary::SummaryBuilder;
@@ -32,8 +36,21 @@ fn found(own: &Statistic) -> Found {
     ]
 }
 
+/// Difference and interval, adjusted and plain, and nothing of P95.
+fn difference(studies: &[&Study], plan: &RunPlan) -> Option<Found> {
+    let go_on = |_| ControlFlow::<()>::Continue(());
+    let ControlFlow::Continue(mut found) = compare(studies, plan, None, go_on) else {
+        return None;
+    };
+    let found = found.comparisons.remove(0);
+    let adjusted = found.adjusted.map(|adjusted| (adjusted.difference, adjusted.ci95));
+    Some([adjusted, found.difference.zip(found.ci95), None, None])
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let (against, arguments): (Vec<String>, Vec<String>) =
+        arguments.into_iter().partition(|argument| argument.starts_with("against:"));
     let (sets, others): (Vec<String>, Vec<String>) =
         arguments.into_iter().partition(|argument| argument.contains('='));
     let name = others.first().map_or("field-truck", String::as_str);
@@ -44,11 +61,20 @@ fn main() {
         sizes = vec![200, 400, 800, 1600];
     }
     let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
-    let study = study::load(name, &sets).expect("a study").study;
-    let study = Arc::new(study);
+    let loaded = study::load(name, &sets).expect("a study");
+    let other =
+        against.first().map(|set| loaded.set(&[&set["against:".len()..]]).expect("a study").study);
+    let study = Arc::new(loaded.study);
     let most = *sizes.iter().max().expect("a size");
     let mut all: Vec<Vec<Found>> = vec![Vec::new(); sizes.len()];
     for seed in 1001..=1000 + runs {
+        if let Some(other) = &other {
+            for (size, all) in sizes.iter().zip(&mut all) {
+                let plan = RunPlan::new(seed, 0, *size, None, None);
+                all.extend(difference(&[&study, other], &plan));
+            }
+            continue;
+        }
         let plan = RunPlan::new(seed, 0, most, None, None);
         let driven = records(&study, &plan, |_| ControlFlow::<()>::Continue(()));
         let ControlFlow::Continue(driven) = driven else { return };

@@ -9,6 +9,7 @@ use crate::watch::{Watch, watched};
 use ocmc_core::cost::costing::{Costing, Trip};
 use ocmc_core::cost::emissions::TripEmissions;
 use ocmc_core::record::Record;
+use ocmc_fleet::comparison::AdjustedDifference;
 use ocmc_fleet::cost::{CostSpread, FleetCost, InputShare, ItemCost, Percentiles};
 use ocmc_fleet::cost_difference::{BreakEven, CostDifference, Fleet, Side};
 use ocmc_fleet::dependence::Dependence;
@@ -135,13 +136,10 @@ pub fn cost(request: &CostRequest, watch: &mut Watch) -> Result<CostAnswer, Erro
     let costed = match second.zip(b) {
         None => Costed::Study(Box::new(a.costed)),
         Some(((named, costing), b)) => {
+            let ids: Vec<u64> = b.iter().map(|record| record.cycle_id).collect();
             let b = costed(named, costing, &b, plan)?;
             let sides = [&a, &b].map(|side| Fleet { costing: &side.costing, trips: &side.trips });
-            let [of_a, of_b] =
-                [study, named].map(|(_, loaded)| Dependence::of(&loaded.model, plan.seed));
-            let dependence = of_a.of_pairs(of_b);
-            let [side_a, side_b] = sides;
-            let difference = CostDifference::of(side_a, side_b, plan.seed, dependence);
+            let difference = between(sides, [study.1, named.1], plan, &ids);
             let difference = difference.ok_or_else(|| Error::NothingToCost {
                 study: format!("{} and {}", study.0, named.0),
                 cycles: plan.cycles,
@@ -175,9 +173,22 @@ pub(crate) fn difference(
         return None;
     }
     let (of_a, of_b) = (trips(&a, sides[0].1), trips(&b, sides[1].1));
-    let [in_a, in_b] = sides.map(|(loaded, _)| Dependence::of(&loaded.model, plan.seed));
-    let (a, b) = (Fleet { costing: &a, trips: &of_a }, Fleet { costing: &b, trips: &of_b });
-    CostDifference::of(a, b, plan.seed, in_a.of_pairs(in_b))
+    let fleets = [Fleet { costing: &a, trips: &of_a }, Fleet { costing: &b, trips: &of_b }];
+    let ids: Vec<u64> = sides[0].1.iter().map(|record| record.cycle_id).collect();
+    between(fleets, sides.map(|(loaded, _)| loaded), plan, &ids)
+}
+
+/// The difference of two fleets that have both driven these cycles of the plan.
+fn between(
+    fleets: [Fleet; 2],
+    studies: [&LoadedStudy; 2],
+    plan: &RunPlan,
+    ids: &[u64],
+) -> Option<CostDifference> {
+    let [a, b] = studies.map(|loaded| Dependence::of(&loaded.model, plan.seed));
+    let found = CostDifference::of(fleets[0], fleets[1], plan.seed, a.of_pairs(b))?;
+    let studies = studies.map(|loaded| &loaded.study);
+    Some(found.with_adjusted(fleets, studies, plan.seed, ids))
 }
 
 /// What a trip of a study costs, where it has prices.
@@ -428,12 +439,23 @@ fn side_text(unit: &str, side: &Side) -> String {
         rounded(side.b),
         rounded(side.difference)
     );
+    let adjusted =
+        side.adjusted.map_or(String::new(), |AdjustedDifference { difference, ci95 }| {
+            let [low, high] = ci95.map(rounded);
+            fact(
+                "",
+                format!(
+                    "B - A adjusted for what was drawn {} ({low} to {high})",
+                    rounded(difference)
+                ),
+            )
+        });
     let probability = percent(side.probability_a_cheaper);
     let within = side
         .probability_ci95
         .map_or(String::new(), |[low, high]| format!(" ({} to {})", percent(low), percent(high)));
     let cheaper = format!("P(A cheaper) {probability} %{within}");
-    fact(unit, line) + &fact("", cheaper)
+    fact(unit, line) + &adjusted + &fact("", cheaper)
 }
 
 fn even_row(name: &str, found: &BreakEven) -> [String; 5] {

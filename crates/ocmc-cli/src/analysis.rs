@@ -122,7 +122,7 @@ pub(crate) struct CompareArguments {
 
 /// A study whose judged numbers are moved.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("cycles", |cycles| cycles.default_value("2000").help("Number of cycles at each end of the ten entries that matter most; the others drive a tenth")))]
+#[command(mut_arg("cycles", |cycles| cycles.default_value("2000").help("Number of cycles at each end of the twelve entries that matter most; the others drive a tenth")))]
 pub(crate) struct DoubtArguments {
     #[command(flatten)]
     study: StudyOptions,

@@ -102,11 +102,23 @@ impl AdjustedDifference {
             Some([a, b])
         });
         let pairs: Vec<[(f64, f64); 2]> = pairs.map(Option::unwrap_or_default).collect();
+        let ids: Vec<u64> = records[0].iter().map(|record| record.cycle_id).collect();
+        Self::of_totals(studies, seed, &ids, &pairs)
+    }
+
+    /// That of the ratios of two totals, which each of these cycles adds to in both studies; 0 and 0
+    /// where it does not count.
+    pub(super) fn of_totals(
+        studies: [&Study; 2],
+        seed: u64,
+        ids: &[u64],
+        pairs: &[[(f64, f64); 2]],
+    ) -> Option<Self> {
         let side = |k: usize| {
             let totals: Vec<(f64, f64)> = pairs.iter().map(|pair| pair[k]).collect();
             let mut adjuster = Adjuster::new(Arc::new(studies[k].clone()), seed)?;
-            for record in records[k] {
-                adjuster.add(record.cycle_id);
+            for id in ids {
+                adjuster.add(*id);
             }
             Some((adjuster.adjustment(&totals)?, totals))
         };

@@ -14,12 +14,14 @@
 //! over [`RESAMPLES`] bootstrap samples of the trips. P5 and P95 are over states of the world, at
 //! the fleets' means.
 
+use super::comparison::AdjustedDifference;
 use super::cost::{InputShare, Percentiles, STATES, batches, shares};
 use super::dependence::Dependence;
 use super::variance_share::{LEAST_GROUPS, drawn_again, percentiles};
 use ocmc_core::cost::costing::{BREAK_EVEN_KEYS, Costing, Input, Trip};
 use ocmc_core::cost::levelised::Levelised;
 use ocmc_core::cost::state::State;
+use ocmc_core::study::Study;
 use serde::Serialize;
 
 /// Bootstrap samples of the trips behind an interval: percentiles of 2.5 % lie between the fifth
@@ -60,6 +62,10 @@ pub struct Side {
     pub difference: f64,
     /// 95 % interval over the trips that were drawn; none of fewer than ten.
     pub difference_ci95: Option<[f64; 2]>,
+    /// The difference adjusted by what the trips are known to have on average; none where that is not
+    /// known, or the trips are too few.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adjusted: Option<AdjustedDifference>,
     /// B less A over states of the world; none where no price is a law.
     pub difference_of_states: Option<Percentiles>,
     /// Share of the states in which A is cheaper; 0 or 1 where no price is a law.
@@ -160,6 +166,36 @@ impl CostDifference {
             break_even_prices: pairs.break_even_prices(&states, &resampled),
             inputs,
         })
+    }
+}
+
+impl CostDifference {
+    /// With the difference over km adjusted, at the centres of the prices ([`super::adjustment`]).
+    /// `ids`: all cycles that both studies have driven under the seed.
+    #[must_use]
+    pub fn with_adjusted(
+        mut self,
+        fleets: [Fleet; 2],
+        studies: [&Study; 2],
+        seed: u64,
+        ids: &[u64],
+    ) -> Self {
+        let central = fleets.map(|fleet| {
+            let costing = fleet.costing;
+            Levelised::of(costing, &State::central(costing))
+        });
+        let (trips, _) = paired(fleets[0].trips, fleets[1].trips);
+        let mut trips = trips.iter().peekable();
+        let pairs = ids.iter().map(|id| {
+            let pair = trips.next_if(|[a, _]| a.cycle_id == *id);
+            let totals = |side: usize| {
+                pair.map_or((0.0, 0.0), |pair| (central[side].cost(&pair[side]), pair[side].km))
+            };
+            [totals(0), totals(1)]
+        });
+        let pairs: Vec<[(f64, f64); 2]> = pairs.collect();
+        self.per_km.adjusted = AdjustedDifference::of_totals(studies, seed, ids, &pairs);
+        self
     }
 }
 
@@ -278,6 +314,7 @@ impl Pairs<'_> {
             difference_ci95: percentiles(
                 resampled.iter().map(|trips| difference(central, trips)).collect(),
             ),
+            adjusted: None,
             difference_of_states: Percentiles::of(over_states),
             probability_a_cheaper: cheaper(&self.all),
             probability_ci95: percentiles(resampled.iter().map(cheaper).collect()),

@@ -487,7 +487,7 @@ impl PyStudy {
     /// Parameters
     /// ----------
     /// cycles : int
-    ///     Number of cycles at each end of the ten entries that matter most; the others drive a
+    ///     Number of cycles at each end of the twelve entries that matter most; the others drive a
     ///     tenth of them.
     /// against : Study, optional
     ///     A study B: then it is B less this one, A, that is asked about.

@@ -27,7 +27,7 @@ const SCREENED: u64 = 10;
 /// Fewest of them.
 const FEWEST: u64 = 100;
 /// Entries that drive all cycles.
-const LARGEST: usize = 10;
+const LARGEST: usize = 12;
 
 /// The study, and what is asked of it.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ pub struct DoubtRequest<'a> {
     pub study: (String, &'a LoadedStudy),
     /// Another one, where it is their difference that is asked about.
     pub against: Option<(String, &'a LoadedStudy)>,
-    /// The cycles of the ten entries that matter most; the others drive a tenth of them.
+    /// The cycles of the twelve entries that matter most; the others drive a tenth of them.
     pub plan: RunPlan,
     /// Name of the quantity; the first consumption that the studies have where there is none.
     pub column: Option<String>,

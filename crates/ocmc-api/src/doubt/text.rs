@@ -78,7 +78,7 @@ fn heading(answer: &DoubtAnswer) -> String {
         Some([b, _]) => fact("A", &answer.study) + &fact("B", b),
     };
     let sides = format!(
-        "{} on each side of the ten that matter most, {} of all {}",
+        "{} on each side of the twelve that matter most, {} of all {}",
         grouped(*cycles),
         grouped(*screened_cycles),
         numbers.len()
