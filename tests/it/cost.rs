@@ -65,6 +65,31 @@ fn a_comparison_of_studies_with_prices_says_which_is_cheaper() {
     assert_eq!(without.get("cost"), None);
 }
 
+#[test]
+fn costs_of_fuel_alone_are_adjusted_as_the_fuel_is() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let of = |name: &str, price: &str| {
+        let file = folder.path().join(name);
+        let text = format!(
+            "[study]\nbase = \"field-truck\"\nname = \"{name}\"\n[mission]\nlength_m = 5000.0\n\
+             [cost]\ncurrency = \"EUR\"\nfuel_per_l = {price}\n"
+        );
+        fs::write(&file, text).expect("space");
+        file.display().to_string()
+    };
+    let (a, b) = (of("a.toml", "1.5"), of("b.toml", "1.2"));
+    let costed = json(&["cost", "--study", &a, "--against", &b, "--cycles", "250"]);
+    let own = json(&["--study", &a, "--cycles", "250"]);
+    let litres = &own["statistics"]["consumption_l_per_100km"]["adjusted"]["mean"];
+    let expected = -0.3 * litres.as_f64().expect("enough trips") / 100.0;
+    let side = &costed["difference"]["per_km"];
+    let adjusted = side["adjusted"]["difference"].as_f64().expect("enough trips");
+    assert!((adjusted / expected - 1.0).abs() < 1e-6, "{adjusted} {expected}");
+    let width =
+        |ci95: &Value| ci95[1].as_f64().expect("an end") - ci95[0].as_f64().expect("an end");
+    assert!(width(&side["adjusted"]["ci95"]) < width(&side["difference_ci95"]));
+}
+
 /// The study files that the guide shows, by their names, written to a folder.
 fn files_of_the_guide(folder: &Path) -> Vec<String> {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/src/how-to/cost.md");
