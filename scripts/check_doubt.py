@@ -1,10 +1,8 @@
-#!/usr/bin/env python3
-"""Checks `ocmc doubt` by paired runs of studies that are written out: the ten largest effects within 20 % or 2 standard
-errors.
+"""Check `ocmc doubt` by paired runs: the ten largest effects within 20 % or two standard errors.
 
-Usage: python3 scripts/check_doubt.py target/release/ocmc [STUDY] [CYCLES] [SEED]. The ranges are read from the text of
-the study and of its vehicle; each end is settings with which `ocmc compare` drives the study once more, under another
-seed.
+Usage: python3 scripts/check_doubt.py target/release/ocmc [STUDY] [CYCLES] [SEED]. The ranges are read from
+the text of the study and of its vehicle; each end is settings with which `ocmc compare` drives the study once
+more, under another seed.
 """
 
 import json
@@ -15,19 +13,20 @@ import tomllib
 
 
 def answer(*arguments: str) -> str:
-    """What the program prints."""
+    """Return what the program prints."""
     return subprocess.run(arguments, check=True, capture_output=True, text=True).stdout
 
 
 def ranges(program: str, study: str) -> dict[str, dict[str, list]]:
-    """The keys of each entry of a study, of its bases and of its vehicle, with their ranges."""
+    """Read the keys of each entry of a study, of its bases and of its vehicle, with their ranges."""
     text = tomllib.loads(answer(program, "study", "show", study))
     base = text["study"].get("base")
     found = ranges(program, base) if base else {}
     judged = dict(text.get("judged", {}))
     vehicle = text.get("vehicle", {}).get("base")
     if vehicle:
-        found = {name: keys for name, keys in found.items() if not any(key.startswith("vehicle.") for key in keys)}
+        of_trucks = [name for name, keys in found.items() if any(key.startswith("vehicle.") for key in keys)]
+        found = {name: keys for name, keys in found.items() if name not in of_trucks}
         of_vehicle = tomllib.loads(answer(program, "study", "show", vehicle)).get("judged", {})
         judged |= {
             name: {"vehicle." + key: values for key, values in keys.items() if key != "reason"}
@@ -40,7 +39,7 @@ def ranges(program: str, study: str) -> dict[str, dict[str, list]]:
 
 
 def toml(value: object) -> str:
-    """A value as TOML writes it on one line."""
+    """Write a value as TOML does on one line."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {toml(below)}" for key, below in value.items()) + "}"
     if isinstance(value, list):
@@ -48,8 +47,9 @@ def toml(value: object) -> str:
     return json.dumps(value)
 
 
-def paired(program: str, study: str, keys: dict[str, list], end: int, cycles: str, seed: str) -> tuple[float, float]:
-    """The change of the mean at an end, and its standard error."""
+def paired(program: str, asked: tuple[str, str, str], keys: dict[str, list], end: int) -> tuple[float, float]:
+    """Find the change of the mean at an end, and its standard error."""
+    study, cycles, seed = asked
     sets = [word for key, values in keys.items() for word in ("--set", f"{key}={toml(values[end])}")]
     found = json.loads(
         answer(program, "compare", study, *sets, "--cycles", cycles, "--seed", seed, "--json", "--quiet")
@@ -59,7 +59,7 @@ def paired(program: str, study: str, keys: dict[str, list], end: int, cycles: st
 
 
 def main() -> None:
-    """Prints each of the ten, and whether both ends agree."""
+    """Print each of the ten, and whether both ends agree."""
     given = sys.argv[1:]
     program, study, cycles, seed = given + ["", "field-truck", "2000", "77"][len(given) :]
     found = json.loads(answer(program, "doubt", "--study", study, "--json", "--quiet"))
@@ -69,7 +69,7 @@ def main() -> None:
         for end, name in [(0, "low"), (2, "high")]:
             told = numbers[name]["mean"]
             keys = {key: values for key, values in known[numbers["name"]].items() if key in numbers["keys"]}
-            change, error = paired(program, study, keys, end, cycles, seed)
+            change, error = paired(program, (study, cycles, seed), keys, end)
             apart = abs(told["by"] - change)
             allowed = max(0.2 * abs(change), 2 * math.hypot(error, told["standard_error"]))
             wrong += apart > allowed

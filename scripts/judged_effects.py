@@ -1,8 +1,8 @@
-#!/usr/bin/env python3
-"""Reckons the stored effects of judged numbers again: configs/judged-effects.csv.
+"""Reckon the stored effects of judged numbers again: configs/judged-effects.csv.
 
-Usage: python3 scripts/judged_effects.py target/release/ocmc [STUDY...]. Takes some ten minutes on two cores for all
-built-in studies. Run it when a built-in study changes: the test `every_built_in_study_has_its_effects` notices that.
+Usage: python3 scripts/judged_effects.py target/release/ocmc [STUDY...]. It takes some ten minutes on two
+cores for all built-in studies. Run it when a built-in study changes, which the test
+`every_built_in_study_has_its_effects` notices.
 """
 
 import json
@@ -18,19 +18,19 @@ CYCLES = "1000"
 
 
 def answer(program: str, *arguments: str) -> str:
-    """What the program prints."""
+    """Return what the program prints."""
     return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
 
 
 def vehicle_of(study: str) -> str:
-    """The vehicle with which the stored effects of a study hold."""
+    """Find the vehicle with which the stored effects of a study hold."""
     text = tomllib.loads((ROOT / f"configs/{study}.toml").read_text())
     base = text.get("vehicle", {}).get("base")
     return base or vehicle_of(text["study"]["base"])
 
 
 def rows_of(program: str, study: str) -> list[str]:
-    """The rows of a study, the largest effect first."""
+    """Reckon the rows of a study, the largest effect first."""
     found = json.loads(answer(program, "doubt", "--study", study, "--cycles", CYCLES, "--json", "--quiet"))
     start = f"{study},{found['study_hash'][:12]},{vehicle_of(study)},{found['column']}"
     whole = (found["together"]["mean"] / found["mean"]) ** 2
@@ -38,7 +38,7 @@ def rows_of(program: str, study: str) -> list[str]:
 
 
 def main() -> None:
-    """Writes the rows of all studies, or those of some anew."""
+    """Write the rows of all studies, or those of some anew."""
     program, *wanted = sys.argv[1:]
     studies = [line.split()[0] for line in answer(program, "study", "list").splitlines() if line[:1].strip()]
     known: dict[str, list[str]] = {}

@@ -7,49 +7,30 @@ use crate::operating_cycle::PyOperatingCycle;
 use crate::plan::{cycle_id_of, number_of_cycles, plan_of, seed_of, threads_of, with_trips};
 use crate::progress::watched;
 use crate::run::{PyRun, load, run};
-use crate::study::PyStudy;
+use crate::study::{PyStudy, attribute, of_source, setting};
 use crate::table::Table;
-use crate::value::{one_of, one_or_more, study_value, whole_number};
-use ocmc_api::study::{self, Files, Given};
+use crate::value::{one_of, one_or_more, whole_number};
+use ocmc_api::study::{self, Files};
 use ocmc_api::{
     Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, DoubtRequest, FORMATS, GivenDrive,
     LAST_CYCLE_ID, OVERS, RangeRequest, RequeueRequest, SEASONS, SensitivityRequest, SizeRequest,
     TrainingRequest, check_empty,
 };
-use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping, PyType};
+use pyo3::types::{PyDict, PyType};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-const NO_SETTINGS: &[&str] = &[];
-
 /// What a study is made from again: its class, its dictionary, and whether it may name files.
 type Pickled<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, bool));
-
-/// What sets a key of a study to a value.
-fn setting(path: &str, value: &Bound<PyAny>) -> PyResult<String> {
-    let value = toml::Value::try_from(study_value(value, path)?)
-        .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
-    Ok(format!("{path}={value}"))
-}
 
 #[pymethods]
 impl PyStudy {
     #[new]
     #[pyo3(signature = (source, allow_files=true))]
     fn from_source(source: &Bound<PyAny>, allow_files: bool) -> PyResult<Self> {
-        let files = if allow_files { Files::here() } else { Files::Refused };
-        if source.cast::<PyMapping>().is_ok() {
-            let dictionary = study_value(source, "")?;
-            return Self::new(study::open(&Given::Dictionary(&dictionary), &files, NO_SETTINGS));
-        }
-        let path: PathBuf = source.extract().map_err(|_| {
-            PyTypeError::new_err("a study is a built-in name, a path or a dictionary")
-        })?;
-        let open = || study::open(&Given::Named(&path), &files, NO_SETTINGS);
-        let loaded = source.py().detach(open);
-        Self::new(loaded)
+        of_source(source, allow_files)
     }
 
     /// Name of the study.
@@ -102,7 +83,7 @@ impl PyStudy {
     /// >>> study = ocmc.Study("field-truck")
     /// >>> ocmc.Study(study.to_dict()) == study
     /// True
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    pub(crate) fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dictionary = py.import("tomllib")?.call_method1("loads", (self.to_toml(),))?;
         Ok(dictionary.cast_into()?)
     }
@@ -973,16 +954,7 @@ impl PyStudy {
 
     /// A table of the study, with its values as attributes.
     fn __getattr__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let missing = || {
-            let text = format!("a study has no {name:?}; dir() lists what it has");
-            PyAttributeError::new_err(text)
-        };
-        if name.starts_with('_') {
-            return Err(missing());
-        }
-        let content = slf.get().to_dict(slf.py())?;
-        let table = content.get_item(name)?.ok_or_else(missing)?;
-        slf.py().import("ocmc._section")?.call_method1("section", (table, name))
+        attribute(slf, name)
     }
 
     fn __dir__(slf: &Bound<Self>) -> PyResult<Vec<String>> {

@@ -2,9 +2,14 @@
 
 use crate::answer::warn;
 use crate::error::study_error;
-use ocmc_api::study::{self, BuiltIn, LoadedStudy, StudyFileError, StudyModel};
+use crate::value::study_value;
+use ocmc_api::study::{self, BuiltIn, Files, Given, LoadedStudy, StudyFileError, StudyModel};
+use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyMapping};
+use std::path::PathBuf;
+
+const NO_SETTINGS: &[&str] = &[];
 
 /// A study: models of operating cycles, drivers and vehicles, and the numerics.
 ///
@@ -57,6 +62,42 @@ impl PyStudy {
     pub(crate) fn named(&self) -> (String, &LoadedStudy) {
         (self.loaded.model.study.name.clone(), &self.loaded)
     }
+}
+
+/// A study by its name, its file or a dictionary.
+pub(crate) fn of_source(source: &Bound<PyAny>, allow_files: bool) -> PyResult<PyStudy> {
+    let files = if allow_files { Files::here() } else { Files::Refused };
+    if source.cast::<PyMapping>().is_ok() {
+        let dictionary = study_value(source, "")?;
+        return PyStudy::new(study::open(&Given::Dictionary(&dictionary), &files, NO_SETTINGS));
+    }
+    let path: PathBuf = source
+        .extract()
+        .map_err(|_| PyTypeError::new_err("a study is a built-in name, a path or a dictionary"))?;
+    let open = || study::open(&Given::Named(&path), &files, NO_SETTINGS);
+    let loaded = source.py().detach(open);
+    PyStudy::new(loaded)
+}
+
+/// A table of a study, with its values as attributes.
+pub(crate) fn attribute<'py>(slf: &Bound<'py, PyStudy>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    let missing = || {
+        let text = format!("a study has no {name:?}; dir() lists what it has");
+        PyAttributeError::new_err(text)
+    };
+    if name.starts_with('_') {
+        return Err(missing());
+    }
+    let content = slf.get().to_dict(slf.py())?;
+    let table = content.get_item(name)?.ok_or_else(missing)?;
+    slf.py().import("ocmc._section")?.call_method1("section", (table, name))
+}
+
+/// What sets a key of a study to a value.
+pub(crate) fn setting(path: &str, value: &Bound<PyAny>) -> PyResult<String> {
+    let value = toml::Value::try_from(study_value(value, path)?)
+        .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
+    Ok(format!("{path}={value}"))
 }
 
 /// The study that keeps what is not fitted.
