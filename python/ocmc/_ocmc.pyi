@@ -7,6 +7,16 @@ import numpy.typing as npt
 from ocmc._answer import Answer
 from ocmc._summary import Summary
 
+# fmt: off
+__all__ = [
+    "OperatingCycle", "Run", "Study", "Table", "__version__", "calibrate_curve_speed", "compare",
+    "detect_curves", "fit_curve_speed", "fit_fleet", "fit_operating_cycle", "fit_speed_change",
+    "fit_traffic", "fit_weather", "identify", "joined", "label", "load", "merge", "road",
+    "run_from", "simulator_study", "studies", "unpickled", "unpickled_table", "validate",
+    "vehicles",
+]
+# fmt: on
+
 __version__: str
 
 _Columns: TypeAlias = Mapping[str, str] | None
