@@ -186,7 +186,7 @@ fn a_fit_of_its_own_study_is_a_study_that_drives() {
     let base = study("field-truck", &[]);
     let own = &base.model().driver.curve_speed;
     let part = FittedPart::new(base.model(), &["driver", "curve_speed"], own);
-    let (_, model) = fitted_study("field-truck", "again", "a note", &part.json()).unwrap();
+    let (_, model) = fitted_study("field-truck", "again", ("fit", "a run"), &part.json()).unwrap();
     // written with eight digits
     let (a, b) = (&model.driver.curve_speed, &base.model().driver.curve_speed);
     assert!((a.reference_speed_mps / b.reference_speed_mps - 1.0).abs() < 1e-7);

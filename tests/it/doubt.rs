@@ -145,6 +145,35 @@ fn a_comparison_says_how_little_hangs_on_judged_numbers() {
 }
 
 #[test]
+fn what_is_fitted_or_typed_says_where_it_is_from() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let weather = folder.path().join("weather.csv");
+    let rows = (0..9000).map(|hour| {
+        let phase = f64::from(hour % 24) / 24.0 * std::f64::consts::TAU;
+        let noise = f64::from((hour * 7919) % 101) / 25.0;
+        format!("{},{}\n", 3600 * hour, 8.0 - 4.0 * phase.cos() + noise)
+    });
+    let text = rows.fold("time_s,temperature_c\n".to_owned(), |text, row| text + &row);
+    std::fs::write(&weather, text).expect("space");
+    let study = folder.path().join("mine.toml");
+    let fit = ["fit", "weather", weather.to_str().expect("letters"), "--study-out"];
+    let fitted = ocmc(&fit).arg(&study).output().expect("it starts");
+    assert!(fitted.status.success(), "{}", String::from_utf8_lossy(&fitted.stderr));
+    let own = study::load(study.to_str().expect("letters"), &[SHORT]).expect("a study");
+    let standing = |key: &str| {
+        let replaced = own.replaced().iter().find(|number| number.key == key);
+        replaced.unwrap_or_else(|| panic!("{key}")).standing.clone()
+    };
+    let from = standing("weather.temperature.mean_k");
+    assert!(
+        from.starts_with("fitted from 9,000 rows of `") && from.contains("weather.csv"),
+        "{from}"
+    );
+    assert_eq!(standing("mission.length_m"), "typed in --set");
+    assert!(own.judged().iter().all(|numbers| numbers.name != "air_temperature"));
+}
+
+#[test]
 fn the_command_writes_table_json_and_page() {
     let folder = tempfile::tempdir().expect("a directory");
     let out = folder.path().join("d");

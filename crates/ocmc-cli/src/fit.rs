@@ -6,6 +6,7 @@ use crate::log::SteeringArguments;
 use crate::output::{self, warn};
 use crate::study::write_fitted;
 use clap::{Args, Subcommand};
+use ocmc_api::number_text::count_of;
 use ocmc_api::study::StudyModel;
 use ocmc_api::{
     BESTS, Best, CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error,
@@ -372,7 +373,12 @@ fn deliver<Fit: Serialize>(
 ) -> Result<(), Failure> {
     output::print(answer, arguments.json)?;
     let Some(path) = &arguments.study_out else { return Ok(()) };
-    let by = (&*format!("fit {command}"), &*named(files));
+    let rows: u64 = answer.inputs.iter().map(|input| input.rows as u64).sum();
+    let sources = match rows {
+        0 => named(files),
+        rows => format!("{} of {}", count_of(rows, "row"), named(files)),
+    };
+    let by = (&*format!("fit {command}"), &*sources);
     write_fitted(path, &arguments.base, "fitted", by, &answer.study)
 }
 

@@ -159,18 +159,17 @@ fn init(path: &Path, base: Option<&str>) -> Result<(), Failure> {
 }
 
 /// Writes a study with fitted values laid over its base, named after its file, and says how to run
-/// it. `command` has fitted the values from `sources`; `standard` is the name where the file has
+/// it. `by`: the command that has fitted the values, and from what; `standard` is the name where the file has
 /// none.
 pub(crate) fn write_fitted(
     path: &Path,
     base: &str,
     standard: &str,
-    (command, sources): (&str, &str),
+    by: (&str, &str),
     fitted: &Value,
 ) -> Result<(), Failure> {
     let name = path.file_stem().map_or(standard.into(), |stem| stem.to_string_lossy());
-    let note = format!("Written by `ocmc {command}` from {sources}.");
-    let (text, _) = study::fitted_study(base, &name, &note, fitted)?;
+    let (text, _) = study::fitted_study(base, &name, by, fitted)?;
     write_new(path, &text)?;
     let (shown, word) = (path.display(), shell_word(path));
     output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));

@@ -16,7 +16,9 @@ use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::doubt::{Change, Changes, Moved, Shape, effect, effect_square};
 use ocmc_fleet::quantity::{NamedQuantity, shared_consumption};
 use ocmc_fleet::run::{RunPlan, records};
-use ocmc_io::study::{End, JudgedKey, JudgedNumbers, LoadedStudy, resolved_toml, study_hash};
+use ocmc_io::study::{
+    End, JudgedKey, JudgedNumbers, LoadedStudy, ReplacedNumber, resolved_toml, study_hash,
+};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -72,6 +74,8 @@ pub struct DoubtAnswer {
     pub together: Shape,
     /// The entries, the largest effect on the mean first.
     pub numbers: Vec<DoubtedNumbers>,
+    /// Numbers of the study that were judged, and that others have replaced.
+    pub replaced: Vec<ReplacedNumber>,
     /// How long it took, in s.
     pub wall_s: f64,
     /// Threads that it took.
@@ -235,6 +239,7 @@ pub fn doubt(request: &DoubtRequest, watch: &mut Watch) -> Result<DoubtAnswer, E
         is,
         together,
         numbers,
+        replaced: study.replaced().to_vec(),
         wall_s: clock.elapsed().as_secs_f64(),
         threads: plan.threads,
         kept: KeptStudies {

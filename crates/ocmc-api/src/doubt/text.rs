@@ -6,6 +6,7 @@ use crate::text::{as_many, fact, row, took};
 use ocmc_fleet::doubt::Changes;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, decimals, grouped};
+use ocmc_io::study::ReplacedNumber;
 use std::fmt::Write;
 
 /// Entries that the table shows.
@@ -68,7 +69,7 @@ pub(super) fn doubt_text(answer: &DoubtAnswer) -> String {
         let share: f64 = others.iter().map(|entry| entry.share).sum();
         let _ = writeln!(text, "{name:25}   together ± {all}, {}", percent(share));
     }
-    text + &replaced(numbers) + &refused(numbers)
+    text + &own_data(numbers) + &replaced(&answer.replaced) + &refused(numbers)
 }
 
 fn heading(answer: &DoubtAnswer) -> String {
@@ -93,7 +94,7 @@ fn heading(answer: &DoubtAnswer) -> String {
 }
 
 /// The commands, that whose numbers matter most first, with the entries that its data replace.
-fn replaced(numbers: &[DoubtedNumbers]) -> String {
+fn own_data(numbers: &[DoubtedNumbers]) -> String {
     let mut commands: Vec<(&str, Vec<&DoubtedNumbers>)> = Vec::new();
     for entry in numbers {
         let command = entry.replaced_by.unwrap_or(TYPED);
@@ -120,6 +121,26 @@ fn percent(share: f64) -> String {
 }
 
 const TYPED: &str = "--set, or your study file";
+
+/// Numbers that are judged no longer, and where they are from.
+fn replaced(numbers: &[ReplacedNumber]) -> String {
+    let mut sources: Vec<(&str, u64)> = Vec::new();
+    for number in numbers {
+        match sources.iter_mut().find(|(known, _)| *known == number.standing) {
+            Some((_, count)) => *count += 1,
+            None => sources.push((&number.standing, 1)),
+        }
+    }
+    let lines = sources.iter().map(|(standing, count)| {
+        format!("{} that {} judged: {standing}\n", count_of(*count, "number"), was(*count))
+    });
+    let lines: String = lines.collect();
+    if lines.is_empty() { lines } else { format!("\n{lines}") }
+}
+
+fn was(count: u64) -> &'static str {
+    if count == 1 { "was" } else { "were" }
+}
 
 /// Entries that the study cannot be moved to the ends of.
 fn refused(numbers: &[DoubtedNumbers]) -> String {

@@ -2,6 +2,7 @@
 //! alone.
 
 use super::builtin::STUDIES;
+use super::judged::{FITTED, TABLE};
 use super::node::Node;
 use super::source::{Source, SourceKind};
 use super::{StudyFileError, load_text, resolved_toml};
@@ -202,8 +203,8 @@ fn remove(values: &mut Table, path: &str) -> bool {
     }
 }
 
-/// A whole study file: `base` with fitted values ([`FittedPart::json`]) laid over it, `note` on
-/// top.
+/// A whole study file: `base` with fitted values ([`FittedPart::json`]) laid over it. A note on top
+/// and `judged.fitted` say which command has fitted them from what.
 ///
 /// # Errors
 /// [`StudyFileError`] where the values do not make a study, such as a fitted value out of its
@@ -211,7 +212,7 @@ fn remove(values: &mut Table, path: &str) -> bool {
 pub fn fitted_study(
     base: &str,
     name: &str,
-    note: &str,
+    (command, sources): (&str, &str),
     values: &serde_json::Value,
 ) -> Result<(String, StudyModel), StudyFileError> {
     let base = match Path::new(base).canonicalize() {
@@ -223,7 +224,10 @@ pub fn fitted_study(
     let head = toml::to_string(&json!({ "study": { "base": base, "name": name } }));
     let head = head.expect("a table of words");
     let values = toml::to_string(values).expect("a study is tables, lists, numbers and words");
-    let text = format!("# {note}\n\n{head}\n{values}");
+    let fitted = toml::to_string(&json!({ TABLE: { FITTED: { command: sources } } }));
+    let fitted = fitted.expect("a table of words");
+    let note = format!("# Written by `ocmc {command}` from {sources}.");
+    let text = format!("{note}\n\n{head}\n{values}\n{fitted}");
     let loaded = load_text("the fitted study", &text, &[] as &[&str])?;
     Ok((text, loaded.model))
 }
@@ -254,6 +258,8 @@ mod tests {
     use super::*;
     use ocmc_core::distribution::{Law, Quantity};
 
+    const BY: (&str, &str) = ("fit something", "203 rows of `curves.csv`");
+
     fn field_truck() -> StudyModel {
         crate::study::load("field-truck", &[] as &[&str]).unwrap().model
     }
@@ -264,12 +270,12 @@ mod tests {
         let part = FittedPart::new(&field_truck(), &["driver", "curve_speed"], &value);
         let (text, mut json) = (part.text(), part.json());
         assert_eq!(text, "[driver.curve_speed]\nexponent = 0.12345679\n");
-        let (study, model) = fitted_study("field-truck", "mine", "a note", &json).unwrap();
+        let (study, model) = fitted_study("field-truck", "mine", BY, &json).unwrap();
         assert_eq!(model.driver.curve_speed.exponent, 0.12345679);
         assert_eq!(model.study.name, "mine");
         assert!(study.starts_with("# a note\n\n[study]\nbase = \"field-truck\""), "{study}");
         json["driver"]["curve_speed"]["exponent"] = (-7.0).into();
-        let error = fitted_study("field-truck", "mine", "a note", &json).unwrap_err();
+        let error = fitted_study("field-truck", "mine", BY, &json).unwrap_err();
         assert!(error.to_string().contains("exponent"), "{error}");
     }
     #[test]
@@ -295,7 +301,7 @@ mod tests {
                 estimate("traffic.step_correlation", 1.0, 0.1),
             ],
         );
-        let (_, model) = fitted_study("field-truck", "mine", "a note", &part.json()).unwrap();
+        let (_, model) = fitted_study("field-truck", "mine", BY, &part.json()).unwrap();
         let found = model.uncertain().expect("one number");
         let found: Vec<(&str, f64)> =
             found.keys.iter().map(|key| (key.key.as_str(), key.standard_error)).collect();
@@ -334,7 +340,7 @@ mod tests {
         assert!(left["temperature"].get("summer_sd_k").is_none());
         assert!(left["temperature"].get("mean_k").is_none());
         assert_eq!(left["pressure"]["sd"], base.weather.pressure.sd);
-        fitted_study("field-truck", "mine", "a note", &part.json()).unwrap();
+        fitted_study("field-truck", "mine", BY, &part.json()).unwrap();
 
         // a table of lists is left out as a whole
         let mut driver = base.driver.curve_speed.clone();

@@ -8,6 +8,7 @@
 
 use super::error::{Fault, StudyFileError};
 use super::node::{Content, Node};
+use super::source::SourceKind;
 use super::{LoadedStudy, finish};
 use ocmc_core::study::tree::Step;
 use serde::Serialize;
@@ -97,15 +98,29 @@ impl LoadedStudy {
     }
 }
 
-const TABLE: &str = "judged";
+/// A number that was judged, and that another one has replaced.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReplacedNumber {
+    /// Path of the key.
+    pub key: String,
+    /// Entry that it was of.
+    pub name: String,
+    /// Where the other one is from: `typed in --set`, or `fitted from 203 rows of a file`.
+    pub standing: String,
+}
+
+pub(super) const TABLE: &str = "judged";
 /// The built-in study, or vehicle, whose stored effects hold ([`super::judged_effect`]).
 const EFFECTS_OF: &str = "effects_of";
+/// What fits have written into a study file, and from what.
+pub(super) const FITTED: &str = "fitted";
 const ALLOWED: &str = "a `reason`, and for each key `[low, judged, high]`";
 
 /// What a study and its vehicle say of judged numbers.
 #[derive(Clone, Debug)]
 pub(super) struct Judged {
     pub(super) numbers: Vec<JudgedNumbers>,
+    pub(super) replaced: Vec<ReplacedNumber>,
     /// The built-in study whose stored effects hold.
     pub(super) study: Option<String>,
     /// The built-in vehicle with which they hold.
@@ -116,7 +131,9 @@ pub(super) struct Judged {
 pub(super) fn take(tree: &mut Node) -> Result<Judged, Box<Fault>> {
     let of_study = taken(tree);
     let of_vehicle = tree.get_mut("vehicle").and_then(taken);
-    let mut judged = Judged { numbers: Vec::new(), study: None, vehicle: None };
+    let (numbers, replaced) = (Vec::new(), Vec::new());
+    let mut judged = Judged { numbers, replaced, study: None, vehicle: None };
+    let fits = of_study.as_ref().and_then(|tables| tables.get(FITTED)).cloned();
     for (tables, before) in [(of_study, ""), (of_vehicle, "vehicle.")] {
         let Some(tables) = tables else { continue };
         let Content::Table(tables) = &tables.content else { return Err(wrong(&tables, TABLE)) };
@@ -124,7 +141,17 @@ pub(super) fn take(tree: &mut Node) -> Result<Judged, Box<Fault>> {
             match entry.as_str().filter(|_| name == EFFECTS_OF) {
                 Some(of) if before.is_empty() => judged.study = Some(of.to_owned()),
                 Some(of) => judged.vehicle = Some(of.to_owned()),
-                None => judged.numbers.extend(numbers(tree, name, entry, before)?),
+                None if name == FITTED => {}
+                None => {
+                    let (judged_still, replaced) = numbers_of(tree, name, entry, before)?;
+                    judged.numbers.extend(judged_still);
+                    let standing = |(key, value): (String, &Node)| ReplacedNumber {
+                        key,
+                        name: name.clone(),
+                        standing: standing(value, fits.as_ref()),
+                    };
+                    judged.replaced.extend(replaced.into_iter().map(standing));
+                }
             }
         }
     }
@@ -139,17 +166,36 @@ fn wrong(node: &Node, key: &str) -> Box<Fault> {
     Fault::not_allowed(key, node.shown(), ALLOWED).at(node.any_place())
 }
 
-/// An entry, without the keys whose value is another one; none where that leaves nothing.
-fn numbers(
-    tree: &Node,
+/// Where a number is from that has replaced a judged one.
+fn standing(value: &Node, fits: Option<&Node>) -> String {
+    let Some(place) = value.any_place() else { return "typed".to_owned() };
+    let source = &place.source;
+    let fits = fits.into_iter().flat_map(Node::children).map(|(_, from)| from);
+    let mut by_fit = fits.filter(|from| from.any_place().is_some_and(|of| of.source == *source));
+    match (source.kind, by_fit.next().and_then(Node::as_str)) {
+        (SourceKind::Setting, _) => "typed in --set".to_owned(),
+        (_, Some(from)) => format!("fitted from {from}"),
+        (SourceKind::File, None) => format!("typed in {}", source.name),
+        (SourceKind::BuiltIn, None) => format!("of the built-in {}", source.name),
+    }
+}
+
+/// A key whose value is another one than was judged, and that value.
+type Replaced<'a> = (String, &'a Node);
+
+/// An entry, without the keys whose value is another one; none where that leaves nothing. And these
+/// keys.
+fn numbers_of<'a>(
+    tree: &'a Node,
     name: &str,
     entry: &Node,
     before: &str,
-) -> Result<Option<JudgedNumbers>, Box<Fault>> {
+) -> Result<(Option<JudgedNumbers>, Vec<Replaced<'a>>), Box<Fault>> {
     let place = format!("{before}{TABLE}.{name}");
     let Content::Table(keys) = &entry.content else { return Err(wrong(entry, &place)) };
     let mut found =
         JudgedNumbers { name: name.to_owned(), reason: String::new(), keys: Vec::new() };
+    let mut replaced = Vec::new();
     for (key, value) in keys {
         if let (true, Some(reason)) = (key == "reason", value.as_str()) {
             reason.clone_into(&mut found.reason);
@@ -160,23 +206,27 @@ fn numbers(
             return Err(wrong(value, &place));
         };
         let path = format!("{before}{key}");
-        if tree_value(tree, &path).is_some_and(|value| same(&value, &judged)) {
-            found.keys.push(JudgedKey { path, low, judged, high });
+        match tree_value(tree, &path) {
+            Some(value) if same(&value.to_json(), &judged) => {
+                found.keys.push(JudgedKey { path, low, judged, high });
+            }
+            Some(value) => replaced.push((path, value)),
+            None => {}
         }
     }
     if found.reason.is_empty() {
         return Err(wrong(entry, &place));
     }
-    Ok((!found.keys.is_empty()).then_some(found))
+    Ok(((!found.keys.is_empty()).then_some(found), replaced))
 }
 
-fn tree_value(tree: &Node, path: &str) -> Option<Value> {
+fn tree_value<'a>(tree: &'a Node, path: &str) -> Option<&'a Node> {
     let step = |name: &str| match name.parse() {
         Ok(index) => Step::Index(index),
         Err(_) => Step::Key(name.to_owned()),
     };
     let (node, found) = tree.follow(&path.split('.').map(step).collect::<Vec<_>>());
-    found.then(|| node.to_json())
+    found.then_some(node)
 }
 
 /// Whether two values are the same, however their numbers are written.
@@ -224,6 +274,10 @@ mod tests {
         let all = keys(NO_SETS);
         assert!(all > 150, "{all}");
         assert_eq!(keys(&["mission.length_m=80000"]), all - 1);
+        let own = load("field-truck", &["mission.length_m=80000"]).unwrap();
+        let replaced = own.replaced();
+        assert_eq!((replaced.len(), &*replaced[0].standing), (1, "typed in --set"));
+        assert_eq!((&*replaced[0].key, &*replaced[0].name), ("mission.length_m", "trip_length"));
         // the same number, written otherwise
         assert_eq!(keys(&["mission.length_m=100000"]), all);
         let other = "study.name = \"a\"\nstudy.description = \"b\"\nstudy.base = \"field-truck\"\n\

@@ -51,7 +51,7 @@ pub use files::{Files, ForeignVehicle, VehicleReader};
 pub use fitted::{Estimate, FittedPart, fitted_study};
 pub use init::init_text;
 use judged::Judged;
-pub use judged::{End, JudgedKey, JudgedNumbers};
+pub use judged::{End, JudgedKey, JudgedNumbers, ReplacedNumber};
 pub use judged_effect::{JudgedDoubt, NumbersShare, StoredDoubt};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
@@ -94,7 +94,12 @@ impl LoadedStudy {
         &self.judged.numbers
     }
 
-    /// What these numbers do to the mean consumption, as far as it is known without driving; none
+    /// Numbers that were judged and that others have replaced.
+    pub fn replaced(&self) -> &[ReplacedNumber] {
+        &self.judged.replaced
+    }
+
+    /// What the judged numbers do to the mean consumption, as far as it is known without driving; none
     /// where all of them have been replaced.
     pub fn judged_doubt(&self) -> Option<JudgedDoubt> {
         let on_routes = !self.model.mission.routes.is_empty();
