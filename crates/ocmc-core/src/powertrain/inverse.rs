@@ -79,11 +79,11 @@ pub struct StepCost {
     pub energy_j: f64,
     /// Force of the driveline at the wheels, in N.
     pub wheel_n: f64,
-    /// Kinetic energy by which the shaft is faster at the step's start than before it, in J: what
-    /// brings an engine to the speed of a new gear.
-    pub jump_j: f64,
-    /// Speed of the shaft at its end, in rad/s; 0 where it always turns with the wheels.
-    pub end_radps: f64,
+    /// Kinetic energy of a shaft that can turn apart from the wheels at its start, in J: what it had
+    /// less before brings an engine to the speed of a new gear.
+    pub shaft_start_j: f64,
+    /// The same at its end, in J.
+    pub shaft_end_j: f64,
 }
 
 /// The gears that can be ordered of a powertrain, and what a shift is.
@@ -119,7 +119,7 @@ pub trait InversePowertrain {
     }
     /// What a step would take with that force wanted at the wheels, in N: what [`Self::step`]
     /// would add to the ledger, by the convention [`ShiftConvention::Lost`]. `shaft_radps`: speed
-    /// of the shaft before the step.
+    /// of the shaft before a step without a gear.
     fn cost(&self, step: &SpeedStep, force_n: f64, shaft_radps: f64) -> StepCost;
     /// The terms of the energy ledger that are its own.
     fn terms(&self) -> &'static [Term];

@@ -209,18 +209,23 @@ impl Heights {
     /// Of the road of a scenario.
     pub fn of(scenario: &Scenario) -> Self {
         let road = &scenario.cycle.road;
-        let mut height_m = Vec::with_capacity(road.slopes.len());
-        let mut now_m = 0.0;
-        for slope in &road.slopes {
-            height_m.push(now_m);
-            now_m += slope * road.slope_step_m;
-        }
-        Self { step_m: road.slope_step_m, height_m, slopes: road.slopes.clone() }
+        Self::new(road.slope_step_m, road.slopes.clone())
     }
 
     /// Of a level road.
     pub(super) fn level() -> Self {
-        Self { step_m: 1.0, height_m: vec![0.0], slopes: vec![0.0] }
+        Self::new(1.0, vec![0.0])
+    }
+
+    /// Of slopes, each over so many metres.
+    pub(super) fn new(step_m: f64, slopes: Vec<f64>) -> Self {
+        let mut height_m = Vec::with_capacity(slopes.len());
+        let mut now_m = 0.0;
+        for slope in &slopes {
+            height_m.push(now_m);
+            now_m += slope * step_m;
+        }
+        Self { step_m, height_m, slopes }
     }
 
     /// Height at a place, in m.

@@ -17,7 +17,7 @@ pub struct Fineness {
 
 impl Default for Fineness {
     fn default() -> Self {
-        Self { piece_m: 40.0, speed_mps: 0.25 }
+        Self { piece_m: 40.0, speed_mps: 0.2 }
     }
 }
 

@@ -5,7 +5,7 @@
 use super::driven::{DrivenLeg, Heights};
 use super::grid::{Fineness, Place};
 use super::moves::Truck;
-use super::solve::{Problem, Question};
+use super::solve::{FROM_NOTHING, PRICES, Problem, Question};
 use ocmc_core::powertrain::{GearOrder, InversePowertrain};
 use ocmc_core::prescribed::Body;
 use std::sync::atomic::AtomicBool;
@@ -13,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 /// What a joule for the speed of a new gear is taken to cost, in J of the source.
 const JUMP_PRICE: f64 = 2.5;
 /// Price of time, in W, as a range of multiples of the power at constant speed.
-const PRICES: [f64; 2] = [0.05, 20.0];
+const PRICE_RANGE: [f64; 2] = [0.05, 20.0];
 
 /// What a level road takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,9 +58,10 @@ pub fn level_road(
     let constant_j = costs.min_by(f64::total_cmp)?;
     let most_s = length_m / speed_mps;
     let legs = vec![Problem { leg: &leg, places: &places, free: vec![true; places.len()] }];
-    let prices_w = PRICES.map(|share| share * constant_j / most_s);
+    let prices_w = PRICE_RANGE.map(|share| share * constant_j / most_s);
     let (truck, heights, stop) = (&truck, &heights, &AtomicBool::new(false));
-    let question = Question { truck, heights, legs, most_s, prices_w, fineness, stop };
-    let answer = question.answer()?;
+    let stages = &FROM_NOTHING;
+    let question = Question { truck, heights, legs, most_s, prices_w, stages, fineness, stop };
+    let answer = question.answer::<PRICES>(None)?;
     Some(LevelRoad { constant_j, least_j: answer.energy_j(), time_s: answer.time_s() })
 }

@@ -21,6 +21,8 @@ mod moves;
 mod potential;
 mod solve;
 mod sweep;
+#[cfg(test)]
+mod tests;
 
 pub use driven::{Driven, DrivenLeg, Heights};
 pub use fleet::{Found, bounds};
@@ -37,7 +39,7 @@ use ocmc_core::prescribed::{Body, DriveCycle, follow_observed};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::{Scenario, Study};
 use ocmc_core::tactical::{SpeedProfile, plan};
-use solve::{Answer, Problem, Question};
+use solve::{Answer, FROM_NOTHING, FROM_TRACKS, PRICES, Problem, Question, Track};
 use std::sync::atomic::AtomicBool;
 use thiserror::Error;
 
@@ -196,8 +198,8 @@ impl PowertrainTask for BoundTask<'_> {
         let inputs = self.scenario.vehicle.powertrain_inputs(climate_w);
         let fresh = || powertrain.inverse(&inputs);
         let trip = Trip::new(&self, &fresh);
-        let bound = trip.bound();
-        let potential = self.apart.then(|| trip.potential(&bound));
+        let (bound, tracks) = trip.bound();
+        let potential = self.apart.then(|| trip.potential(&bound, tracks));
         (bound, potential)
     }
 }
@@ -231,7 +233,8 @@ impl<'a> Trip<'a> {
         Self { study, scenario, driven, fineness: *fineness, stop, body, heights, places, fresh }
     }
 
-    fn bound(&self) -> Bound {
+    /// The bound, and the tracks of the optimum where one was found.
+    fn bound(&self) -> (Bound, Option<Vec<Track>>) {
         let driven_cycle = self.driven.cycle_of(&self.driven.legs, &self.heights);
         let mut driver = self.figure(&driven_cycle, &self.driven.legs);
         let price = driver.source_j / driver.wheel_j.max(1.0);
@@ -242,7 +245,8 @@ impl<'a> Trip<'a> {
         let free = self.places.iter().map(|places| vec![true; places.len()]).collect();
         let power_w = driver.energy_j / driver.duration_s;
         let range = FIRST_PRICES.map(|share| share * power_w);
-        let answer = self.answer(&truck, moving_s, range, free);
+        let answer = self.answer::<PRICES>(&truck, moving_s, range, free, None);
+        let tracks = answer.as_ref().map(|answer| answer.tracks(&self.places));
         let better = answer.and_then(|answer| {
             let legs = self.legs_of(&answer, &truck);
             let cycle = self.driven.cycle_of(&legs, &self.heights);
@@ -263,21 +267,26 @@ impl<'a> Trip<'a> {
         };
         let record = self.driven.record.clone();
         let cycle_id = self.scenario.cycle_id;
-        Bound { cycle_id, record, driver, optimum, found, price_w, cycle, driven_cycle }
+        (Bound { cycle_id, record, driver, optimum, found, price_w, cycle, driven_cycle }, tracks)
     }
 
-    /// The least energy in so much time, where the speed is free.
-    fn answer(
+    /// The least energy in so much time, where the speed is free; `around`: tracks of the legs that
+    /// the search begins around.
+    fn answer<const N: usize>(
         &self,
         truck: &Truck,
         most_s: f64,
         prices_w: [f64; 2],
         free: Vec<Vec<bool>>,
+        around: Option<Vec<[Track; 2]>>,
     ) -> Option<Answer> {
+        let stages = if around.is_some() { &FROM_TRACKS[..] } else { &FROM_NOTHING };
         let legs = self.driven.legs.iter().zip(&self.places).zip(free);
         let legs = legs.map(|((leg, places), free)| Problem { leg, places, free }).collect();
         let Self { heights, fineness, stop, .. } = self;
-        Question { truck, heights, legs, most_s, prices_w, fineness: *fineness, stop }.answer()
+        let fineness = *fineness;
+        Question { truck, heights, legs, most_s, prices_w, stages, fineness, stop }
+            .answer::<N>(around)
     }
 
     /// The legs of an answer, step by step.

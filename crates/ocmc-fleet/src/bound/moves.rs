@@ -28,6 +28,9 @@ const HARDEST_MPS2: f64 = 3.0;
 /// Slowest speed between two places, in m/s.
 const SLOWEST_MPS: f64 = 0.02;
 
+/// The gears that are tried where all are.
+pub(super) const ALL_GEARS: [usize; 2] = [0, usize::MAX];
+
 /// A truck in the backward mode, and what it can do.
 pub(super) struct Truck<'a> {
     /// As the road sees it.
@@ -52,11 +55,12 @@ pub(super) struct Gap {
     pub way_m: f64,
 }
 
-/// What a piece of a move takes, in J and s, and the speed of the shaft at its end, in rad/s.
+/// What a piece of a move takes, in J and s, and the kinetic energy of the shaft at its start and
+/// its end, in J.
 struct Piece {
     energy_j: f64,
     time_s: f64,
-    end_radps: f64,
+    shaft_j: [f64; 2],
 }
 
 /// A move to a later place.
@@ -76,6 +80,16 @@ pub(super) struct Move {
     pub gap: Option<Gap>,
 }
 
+/// The shifts at a place and a speed, whatever gear is left.
+#[derive(Debug, Default)]
+pub(super) struct Shifts {
+    /// The gap, and way and climb during it, in m; none where there is no shift.
+    gap: Option<(Gap, [f64; 2])>,
+    /// Moves without what the gap takes, and the kinetic energy that the shaft begins them with,
+    /// in J.
+    after: Vec<(Move, f64)>,
+}
+
 /// Speeds at a place among which values are linear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Levels {
@@ -85,6 +99,8 @@ pub(super) struct Levels {
     pub step_mps: f64,
     /// How many.
     pub count: usize,
+    /// The lowest and the highest gear that is tried.
+    pub gears: [usize; 2],
 }
 
 impl Levels {
@@ -92,10 +108,15 @@ impl Levels {
     pub(super) fn between(low_mps: f64, high_mps: f64, about_mps: f64) -> Self {
         let span_mps = high_mps - low_mps;
         if span_mps < 1e-3 {
-            return Self { low_mps: high_mps, step_mps: 1.0, count: 1 };
+            return Self { low_mps: high_mps, step_mps: 1.0, count: 1, gears: ALL_GEARS };
         }
         let count = libm::ceil(span_mps / about_mps) as usize + 1;
-        Self { low_mps, step_mps: span_mps / (count - 1) as f64, count }
+        Self { low_mps, step_mps: span_mps / (count - 1) as f64, count, gears: ALL_GEARS }
+    }
+
+    /// Whether a gear is tried.
+    pub(super) fn has(&self, gear: usize) -> bool {
+        gear >= self.gears[0] && gear <= self.gears[1]
     }
 
     /// Level number `k`, in m/s.
@@ -159,14 +180,14 @@ impl<'a> Truck<'a> {
         !fast && (!slow || rolls_out)
     }
 
-    /// Energy, in J, and time, in s, of a step over a piece of road, and the speed of the shaft at
-    /// its end; `climb_m`: over it; `shaft_radps`: before it, where it may be another one.
+    /// What a step over a piece of road takes; `climb_m`: over it; `shaft_radps`: before a step
+    /// without a gear.
     fn step(
         &self,
         gear: GearOrder,
         [start_mps, end_mps]: [f64; 2],
         [way_m, climb_m]: [f64; 2],
-        shaft_radps: Option<f64>,
+        shaft_radps: f64,
     ) -> Piece {
         let mean_mps = 0.5 * (start_mps + end_mps);
         let dt_s = way_m / mean_mps;
@@ -174,23 +195,35 @@ impl<'a> Truck<'a> {
         let slope = (climb_m / way_m).clamp(-0.5, 0.5);
         let road_n = self.body.road_forces(mean_mps, slope).sum_n();
         let wanted_n = self.inertia_kg * step.acceleration_mps2() + road_n;
-        let cost = self.inverse.cost(&step, wanted_n, shaft_radps.unwrap_or(0.0));
+        let cost = self.inverse.cost(&step, wanted_n, shaft_radps);
         let missing_j = (wanted_n - cost.wheel_n).max(0.0) * way_m;
-        let jump_j = if shaft_radps.is_some() { cost.jump_j.max(0.0) } else { 0.0 };
-        let energy_j = cost.energy_j + MISSING_PRICE * missing_j + self.jump_price * jump_j;
-        Piece { energy_j, time_s: dt_s, end_radps: cost.end_radps }
+        let energy_j = cost.energy_j + MISSING_PRICE * missing_j;
+        Piece { energy_j, time_s: dt_s, shaft_j: [cost.shaft_start_j, cost.shaft_end_j] }
+    }
+
+    /// What it costs that the shaft has another kinetic energy than before, in J of the source.
+    fn jump_j(&self, before_j: f64, after_j: f64) -> f64 {
+        self.jump_price * (after_j - before_j).max(0.0)
+    }
+
+    /// Energy of a piece of road without gears, and its time at a price in W, in J.
+    #[cfg(test)]
+    pub(super) fn piece_j(&self, speeds: [f64; 2], piece: [f64; 2], price_w: f64) -> f64 {
+        let Piece { energy_j, time_s, .. } = self.step(GearOrder::Free, speeds, piece, 0.0);
+        energy_j + price_w * time_s
     }
 
     /// Energy of a level road at constant speed, in J.
     pub(super) fn steady_j(&self, gear: usize, speed_mps: f64, way_m: f64) -> f64 {
-        self.step(self.order(gear), [speed_mps, speed_mps], [way_m, 0.0], None).energy_j
+        self.step(self.order(gear), [speed_mps, speed_mps], [way_m, 0.0], 0.0).energy_j
     }
 
-    fn reach_at(&self, gear: usize, speed_mps: f64) -> [f64; 2] {
+    /// Force at the wheels, in N: number 0 in overrun, number 1 at full load.
+    fn reach_at(&self, gear: usize, speed_mps: f64, number: usize) -> f64 {
         let row = &self.reach[gear];
         let x = (speed_mps / REACH_STEP_MPS).clamp(0.0, row.len() as f64 - 1.001);
-        let (k, share) = (x as usize, x - libm::floor(x));
-        [0, 1].map(|i| row[k][i] + share * (row[k + 1][i] - row[k][i]))
+        let k = x as usize;
+        row[k][number] + (x - k as f64) * (row[k + 1][number] - row[k][number])
     }
 
     /// Speeds after a piece of road in overrun and at full load, in m/s.
@@ -200,18 +233,18 @@ impl<'a> Truck<'a> {
             .as_ref()
             .map_or(0.0, |choice| choice.inertia_kgm2 * choice.per_m[gear] * choice.per_m[gear]);
         let slope = (climb_m / way_m).clamp(-0.5, 0.5);
-        [0, 1].map(|i| {
-            let mut end_mps = start_mps;
+        let mut ends_mps = [start_mps; 2];
+        for (number, end_mps) in ends_mps.iter_mut().enumerate() {
             for _ in 0..2 {
-                let mean_mps = 0.5 * (start_mps + end_mps);
-                let force_n = self.reach_at(gear, mean_mps)[i]
+                let mean_mps = 0.5 * (start_mps + *end_mps);
+                let force_n = self.reach_at(gear, mean_mps, number)
                     - self.body.road_forces(mean_mps, slope).sum_n();
                 let square =
                     start_mps * start_mps + 2.0 * way_m * force_n / (self.inertia_kg + shaft_kg);
-                end_mps = square.max(0.0).sqrt();
+                *end_mps = square.max(0.0).sqrt();
             }
-            end_mps
-        })
+        }
+        ends_mps
     }
 
     /// Rolls with an open clutch for the time of a shift.
@@ -248,11 +281,33 @@ impl Search<'_> {
         self.heights.at(self.leg.place_m(way_m))
     }
 
-    /// Writes the moves from a place at a speed in a gear.
-    pub(super) fn moves(&self, from: usize, speed_mps: f64, gear: usize, moves: &mut Vec<Move>) {
+    /// Writes the moves from a place at a speed in a gear; `shifts`: those at this speed.
+    pub(super) fn moves(
+        &self,
+        from: usize,
+        speed_mps: f64,
+        gear: usize,
+        shifts: &Shifts,
+        moves: &mut Vec<Move>,
+    ) {
         moves.clear();
         self.keep(from, speed_mps, gear, moves);
-        self.shifts(from, speed_mps, gear, moves);
+        let truck = self.truck;
+        let (Some(choice), Some((gap, piece))) = (&truck.choice, shifts.gap) else { return };
+        let shaft_radps = choice.per_m[gear] * speed_mps;
+        let shaft_j = 0.5 * choice.inertia_kgm2 * shaft_radps * shaft_radps;
+        let before = truck.step(GearOrder::Open, [speed_mps, gap.speed_mps], piece, shaft_radps);
+        let before_j = before.energy_j + truck.jump_j(shaft_j, before.shaft_j[0]);
+        for (after, shaft_j) in &shifts.after {
+            if after.gear != gear && after.gear <= gear + choice.most_up {
+                let jump_j = truck.jump_j(before.shaft_j[1], *shaft_j);
+                moves.push(Move {
+                    energy_j: before_j + (after.energy_j + jump_j),
+                    time_s: before.time_s + after.time_s,
+                    ..*after
+                });
+            }
+        }
     }
 
     /// Those that keep the gear.
@@ -260,13 +315,16 @@ impl Search<'_> {
         let (truck, a, b) = (self.truck, &self.places[from], &self.places[from + 1]);
         let piece = [b.way_m - a.way_m, b.height_m - a.height_m];
         let levels = &self.levels[from + 1];
+        if !levels.has(gear) {
+            return;
+        }
         let last = from + 2 == self.places.len();
         let mut add = |end_mps: f64| {
             if 0.5 * (speed_mps + end_mps) < SLOWEST_MPS || !truck.holds(gear, end_mps, true) {
                 return;
             }
             let Piece { energy_j, time_s, .. } =
-                truck.step(truck.order(gear), [speed_mps, end_mps], piece, None);
+                truck.step(truck.order(gear), [speed_mps, end_mps], piece, 0.0);
             moves.push(Move {
                 to: from + 1,
                 gear,
@@ -309,8 +367,10 @@ impl Search<'_> {
         }
     }
 
-    /// Those that shift.
-    fn shifts(&self, from: usize, speed_mps: f64, gear: usize, moves: &mut Vec<Move>) {
+    /// Writes what the shifts at a place and a speed have in common, whatever gear is left.
+    pub(super) fn shifts(&self, from: usize, speed_mps: f64, shifts: &mut Shifts) {
+        shifts.gap = None;
+        shifts.after.clear();
         let truck = self.truck;
         let Some(choice) = &truck.choice else { return };
         if speed_mps <= choice.minimum_speed_mps {
@@ -338,40 +398,31 @@ impl Search<'_> {
         }
         let b = &self.places[to];
         let half_m = self.height_at(a.way_m + gap.way_m);
-        let gap_piece = [gap.way_m, half_m - a.height_m];
         let piece = [b.way_m - a.way_m - gap.way_m, b.height_m - half_m];
         if piece[0] < 0.1 {
             return;
         }
-        let shaft_radps = choice.per_m[gear] * speed_mps;
-        let speeds = [speed_mps, gap.speed_mps];
-        let before = truck.step(GearOrder::Open, speeds, gap_piece, Some(shaft_radps));
+        shifts.gap = Some((gap, [gap.way_m, half_m - a.height_m]));
         let levels = &self.levels[to];
-        let top = (gear + choice.most_up).min(choice.per_m.len() - 1);
-        for new in 0..=top {
-            if new == gear || !truck.holds(new, gap.speed_mps, false) {
+        for gear in 0..choice.per_m.len() {
+            if !levels.has(gear) || !truck.holds(gear, gap.speed_mps, false) {
                 continue;
             }
             let mut add = |end_mps: f64| {
-                if !truck.holds(new, end_mps, false) || !self.allows(from, to, gap, end_mps) {
+                if !truck.holds(gear, end_mps, false) || !self.allows(from, to, gap, end_mps) {
                     return;
                 }
                 let speeds = [gap.speed_mps, end_mps];
-                let after = truck.step(truck.order(new), speeds, piece, Some(before.end_radps));
-                moves.push(Move {
-                    to,
-                    gear: new,
-                    speed_mps: end_mps,
-                    energy_j: before.energy_j + after.energy_j,
-                    time_s: before.time_s + after.time_s,
-                    gap: Some(gap),
-                });
+                let Piece { energy_j, time_s, shaft_j } =
+                    truck.step(truck.order(gear), speeds, piece, 0.0);
+                let after = Move { to, gear, speed_mps: end_mps, energy_j, time_s, gap: Some(gap) };
+                shifts.after.push((after, shaft_j[0]));
             };
             if levels.count == 1 {
                 add(levels.low_mps);
                 continue;
             }
-            let [coast_mps, full_mps] = truck.reached(new, gap.speed_mps, piece[0], piece[1]);
+            let [coast_mps, full_mps] = truck.reached(gear, gap.speed_mps, piece[0], piece[1]);
             let squares = [coast_mps * coast_mps, full_mps * full_mps];
             let half_mps = (0.5 * (squares[0] + squares[1])).sqrt();
             let high_mps = levels.high_mps();

@@ -5,10 +5,12 @@
 //! inside the stretches of one kind alone. A second that this takes or saves has the price at which
 //! the optimum trades time between all stretches. What is won so does not add up to the whole,
 //! because a stretch that begins and ends at his speed is less free than one beside other free
-//! ones: the remainder is shown.
+//! ones: the remainder is shown. What is freed is searched for between and around his own speed and
+//! the optimum's.
 
 use super::grid::points;
 use super::moves::Truck;
+use super::solve::Track;
 use super::{Bound, Figure, Trip};
 use ocmc_core::event_kind::{Kind, kinds};
 
@@ -29,12 +31,9 @@ pub struct Potential {
     pub length_m: [f64; Kind::ALL.len()],
 }
 
-/// The one price of time, as a range of multiples of the optimum's.
-const ONE_PRICE: [f64; 2] = [1.0, 1.0 + 1e-6];
-
 impl Trip<'_> {
-    /// Takes a bound apart.
-    pub(super) fn potential(&self, bound: &Bound) -> Potential {
+    /// Takes a bound apart; `best`: the tracks of its optimum.
+    pub(super) fn potential(&self, bound: &Bound, best: Option<Vec<Track>>) -> Potential {
         let price = bound.driver.source_j / bound.driver.wheel_j.max(1.0);
         let inverse = (self.fresh)();
         let truck = Truck::new(self.body, &*inverse, price);
@@ -51,13 +50,13 @@ impl Trip<'_> {
             };
             legs.iter().map(of).collect()
         };
-        let taken = |free: Vec<Vec<bool>>| -> Option<Figure> {
-            let range = ONE_PRICE.map(|share| share * price_w);
-            let answer = self.answer(&truck, f64::INFINITY, range, free)?;
+        let taken = |free: Vec<Vec<bool>>, around: Option<Vec<[Track; 2]>>| {
+            let prices_w = [price_w; 2];
+            let answer = self.answer::<1>(&truck, f64::INFINITY, prices_w, free, around)?;
             let ways = self.legs_of(&answer, &truck);
             let mut figure = self.figure(&self.driven.cycle_of(&ways, &self.heights), &ways);
             figure.pay(price);
-            Some(figure)
+            Some((figure, answer.tracks(&self.places)))
         };
         let mut length_m = [0.0; Kind::ALL.len()];
         for (kinds, places) in legs.iter().zip(&self.places) {
@@ -68,13 +67,15 @@ impl Trip<'_> {
         let total_j = bound.driver.energy_j - bound.optimum.energy_j;
         let mut gears_j = 0.0;
         let mut by_kind_j = [0.0; Kind::ALL.len()];
-        if let Some(gears) = taken(free(None)) {
+        if let Some((gears, tracks)) = taken(free(None), None) {
+            let around: Option<Vec<[Track; 2]>> =
+                best.map(|best| tracks.into_iter().zip(best).map(<[Track; 2]>::from).collect());
             let saved_j = |from: &Figure, to: &Figure| {
                 from.energy_j - to.energy_j + price_w * (from.duration_s - to.duration_s)
             };
             gears_j = saved_j(&bound.driver, &gears);
             for (kind, by_kind_j) in Kind::ALL.iter().zip(&mut by_kind_j) {
-                if let Some(freed) = taken(free(Some(*kind))) {
+                if let Some((freed, _)) = taken(free(Some(*kind)), around.clone()) {
                     *by_kind_j = saved_j(&gears, &freed);
                 }
             }

@@ -1,22 +1,44 @@
 //! The least energy over all legs of a trip in at most so much time: one price of time for all
 //! legs, found from coarse to fine. Each stage knows eight prices at once; the next one looks
-//! closer, at the prices and at the speeds around what was found.
+//! closer, at the prices and at the speeds and gears around what was found.
 
 use super::driven::{DrivenLeg, Heights};
 use super::grid::{Fineness, Place};
-use super::moves::{Levels, Move, Search, Truck};
-use super::sweep::{PRICES, Swept, Way};
+use super::moves::{ALL_GEARS, Levels, Move, Search, Truck};
+use super::sweep::{Swept, Way};
 use std::sync::atomic::AtomicBool;
 
-/// By how much the prices of the next stage reach beyond what a stage has found.
-const BEYOND: [f64; 4] = [1.1, 1.03, 1.01, 1.0];
+/// How many prices of time a stage knows at once where there is more than one.
+pub(super) const PRICES: usize = 8;
+
+/// One stage of the search.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stage {
+    /// Spacing of its speeds, as a multiple of the last one's.
+    pub spacing: f64,
+    /// How far its speeds reach beyond those that it begins around, in its spacings.
+    pub reach: f64,
+    /// How far its gears do.
+    pub gears: usize,
+    /// By how much the prices of the next stage reach beyond what it has found.
+    pub beyond: f64,
+}
+
+/// From all speeds and gears to the last spacing.
+pub(super) const FROM_NOTHING: [Stage; 3] = [
+    Stage { spacing: 7.5, reach: 0.0, gears: 0, beyond: 1.1 },
+    Stage { spacing: 2.5, reach: 3.0, gears: 2, beyond: 1.02 },
+    Stage { spacing: 1.0, reach: 2.0, gears: 1, beyond: 1.0 },
+];
+/// The same where much is known already.
+pub(super) const FROM_TRACKS: [Stage; 2] = [
+    Stage { spacing: 5.0, reach: 2.0, gears: 2, beyond: 1.0 },
+    Stage { spacing: 1.0, reach: 2.5, gears: 1, beyond: 1.0 },
+];
+
 /// Lowest speed of the first stage, in m/s, and as a share of the highest.
 const LOWEST_MPS: f64 = 1.0;
 const LOWEST_SHARE: f64 = 0.25;
-/// Spacing of the speeds by stage, as multiples of the last one's.
-const SPACINGS: [f64; 4] = [4.0, 2.0, 1.0, 1.0];
-/// How far the speeds of a stage reach beyond what the one before has found, in its spacings.
-const REACH: f64 = 4.0;
 /// How often prices beside those of a stage are tried, and by how much they differ at least.
 const MOST_SHIFTED: u32 = 4;
 const LEAST_SPAN: f64 = 1.2;
@@ -46,6 +68,8 @@ pub(super) struct Question<'a> {
     pub most_s: f64,
     /// Prices of time among which the search begins, in W.
     pub prices_w: [f64; 2],
+    /// The stages of the search.
+    pub stages: &'a [Stage],
     /// How fine the search is.
     pub fineness: Fineness,
     /// Once it is set, there is no answer.
@@ -62,6 +86,11 @@ pub(super) struct Answer {
 }
 
 impl Answer {
+    /// Its ways at the places of their legs.
+    pub(super) fn tracks(&self, places: &[Vec<Place>]) -> Vec<Track> {
+        self.ways.iter().zip(places).map(|(way, places)| Track::of(way, places)).collect()
+    }
+
     /// Energy, in J, with the price of what is missing.
     pub(super) fn energy_j(&self) -> f64 {
         self.ways.iter().map(|way| way.energy_j).sum()
@@ -73,82 +102,103 @@ impl Answer {
     }
 }
 
-/// Speeds at the places of a leg on a way along it, in m/s.
-fn speeds_at(way: &Way, places: &[Place]) -> Vec<f64> {
-    let mut speeds = vec![0.0; places.len()];
-    let (mut at, mut now) = (0, places[0].driven_mps);
-    speeds[0] = now;
-    for Move { to, speed_mps, .. } in &way.moves {
-        for k in at + 1..=*to {
-            let whole_m = places[*to].way_m - places[at].way_m;
-            let share = (places[k].way_m - places[at].way_m) / whole_m;
-            let square: f64 = now * now + share * (speed_mps * speed_mps - now * now);
-            speeds[k] = square.sqrt();
-        }
-        (at, now) = (*to, *speed_mps);
-    }
-    speeds
+/// A way at the places of its leg.
+#[derive(Clone, Debug)]
+pub(super) struct Track {
+    /// Speeds, in m/s.
+    speed_mps: Vec<f64>,
+    /// Lowest and highest of the gears before and behind each place.
+    gears: Vec<[usize; 2]>,
 }
 
-/// The speeds that are tried at the places of a leg; `around`: speeds to stay near to.
-fn levels(leg: &Problem, about_mps: f64, around: Option<[&[f64]; 2]>) -> Vec<Levels> {
+impl Track {
+    /// Reads a way off.
+    fn of(way: &Way, places: &[Place]) -> Self {
+        let (mut at, mut now, mut engaged) = (0, places[0].driven_mps, way.gear);
+        let mut track =
+            Self { speed_mps: vec![now; places.len()], gears: vec![[engaged; 2]; places.len()] };
+        for Move { to, speed_mps, gear, .. } in &way.moves {
+            let gears = [engaged.min(*gear), engaged.max(*gear)];
+            let [low, high] = track.gears[at];
+            track.gears[at] = [low.min(gears[0]), high.max(gears[1])];
+            for k in at + 1..=*to {
+                let whole_m = places[*to].way_m - places[at].way_m;
+                let share = (places[k].way_m - places[at].way_m) / whole_m;
+                let square: f64 = now * now + share * (speed_mps * speed_mps - now * now);
+                track.speed_mps[k] = square.sqrt();
+                track.gears[k] = if k < *to { gears } else { [*gear; 2] };
+            }
+            (at, now, engaged) = (*to, *speed_mps, *gear);
+        }
+        track
+    }
+}
+
+/// The speeds and gears that are tried at the places of a leg; `around`: those to stay near to, and
+/// how near.
+fn levels(leg: &Problem, about_mps: f64, around: Option<(&[Track; 2], &Stage)>) -> Vec<Levels> {
     let last = leg.places.len() - 1;
     let of = |(k, place): (usize, &Place)| {
-        if k == 0 || k == last || !leg.free[k] {
-            return Levels::between(place.driven_mps, place.driven_mps, 1.0);
-        }
         let most_mps = place.most_mps;
         let lowest_mps = LOWEST_MPS.max(LOWEST_SHARE * most_mps).min(0.5 * most_mps);
-        let (low_mps, high_mps) = match around {
-            None => (lowest_mps, most_mps),
-            Some([a, b]) => {
-                let reach_mps = REACH * about_mps;
-                let low_mps = (a[k].min(b[k]) - reach_mps).max(lowest_mps.min(0.5));
-                (low_mps.min(most_mps), (a[k].max(b[k]) + reach_mps).min(most_mps))
-            }
-        };
-        Levels::between(low_mps, high_mps, about_mps)
+        let (mut speeds, mut gears) = ([lowest_mps, most_mps], ALL_GEARS);
+        if let Some(([a, b], stage)) = around {
+            let reach_mps = stage.reach * about_mps;
+            let (one, other) = (a.speed_mps[k], b.speed_mps[k]);
+            let low_mps = (one.min(other) - reach_mps).max(lowest_mps.min(0.5));
+            speeds = [low_mps.min(most_mps), (one.max(other) + reach_mps).min(most_mps)];
+            let low = a.gears[k][0].min(b.gears[k][0]);
+            gears =
+                [low.saturating_sub(stage.gears), a.gears[k][1].max(b.gears[k][1]) + stage.gears];
+        }
+        if k == 0 || k == last || !leg.free[k] {
+            speeds = [place.driven_mps; 2];
+        }
+        Levels { gears, ..Levels::between(speeds[0], speeds[1], about_mps) }
     };
     leg.places.iter().enumerate().map(of).collect()
 }
 
 impl Question<'_> {
-    /// The least energy in the time; none where no way was found.
-    pub(super) fn answer(&self) -> Option<Answer> {
+    /// The least energy in the time, with `N` prices at once; none where no way was found.
+    /// `around`: for each leg, the tracks that the first stage begins around; without them it tries
+    /// all.
+    pub(super) fn answer<const N: usize>(
+        &self,
+        mut around: Option<Vec<[Track; 2]>>,
+    ) -> Option<Answer> {
         let mut range = self.prices_w;
         let pinned = self.legs.iter().all(|leg| leg.free.iter().all(|free| !free));
-        let mut around: Option<Vec<[Vec<f64>; 2]>> = None;
         let mut best: Option<Answer> = None;
         let (mut stage, mut shifted) = (0, 0);
-        while stage < SPACINGS.len() {
-            let (spacing, beyond) = (SPACINGS[stage], BEYOND[stage]);
+        while let Some(now) = self.stages.get(stage) {
             stage += 1;
-            let about_mps = spacing * self.fineness.speed_mps;
-            let ratio = libm::pow(range[1] / range[0], 1.0 / (PRICES as f64 - 1.0));
-            let mut prices = [range[0]; PRICES];
-            for k in 1..PRICES {
+            let about_mps = now.spacing * self.fineness.speed_mps;
+            let ratio = libm::pow(range[1] / range[0], 1.0 / (N as f64 - 1.0).max(1.0));
+            let mut prices = [range[0]; N];
+            for k in 1..N {
                 prices[k] = prices[k - 1] * ratio;
             }
-            let near = |k: usize| -> Option<[&[f64]; 2]> {
-                around.as_ref().map(|around| [&around[k][0][..], &around[k][1][..]])
+            let near = |k: usize| around.as_ref().map(|around| &around[k]);
+            let of = |(k, leg): (usize, &Problem)| {
+                levels(leg, about_mps, near(k).map(|tracks| (tracks, now)))
             };
-            let of = |(k, leg): (usize, &Problem)| levels(leg, about_mps, near(k));
             let levels: Vec<Vec<Levels>> = self.legs.iter().enumerate().map(of).collect();
             let searches: Vec<Search> = self.searches(&levels);
-            let swept: Option<Vec<Swept>> =
+            let swept: Option<Vec<Swept<N>>> =
                 searches.iter().map(|search| Swept::of(search, &prices, self.stop)).collect();
             let swept = swept?;
-            let found: Vec<[Option<Way>; PRICES]> =
+            let found: Vec<[Option<Way>; N]> =
                 searches.iter().zip(&swept).map(|(search, swept)| swept.ways(search)).collect();
             let time_s = |price: usize| -> f64 {
-                let time_s = |ways: &[Option<Way>; PRICES]| {
+                let time_s = |ways: &[Option<Way>; N]| {
                     ways[price].as_ref().map_or(f64::INFINITY, |way| way.time_s)
                 };
                 found.iter().map(time_s).sum()
             };
             let in_time = |price: &usize| time_s(*price) <= self.most_s * (1.0 + ROUNDING);
-            let fast = (0..PRICES).find(in_time);
-            let high = fast.unwrap_or(PRICES - 1);
+            let fast = (0..N).find(in_time);
+            let high = fast.unwrap_or(N - 1);
             let low = high.saturating_sub(1);
             if fast.is_some() {
                 let mixed = self.mix(&found, high, prices[high]);
@@ -162,17 +212,15 @@ impl Question<'_> {
                 return best;
             }
             let near = found.iter().zip(&self.legs).map(|(ways, leg)| {
-                [low, high].map(|price| {
-                    let way = ways[price].as_ref();
-                    way.map_or_else(Vec::new, |way| speeds_at(way, leg.places))
-                })
+                let of = |price: usize| Some(Track::of(ways[price].as_ref()?, leg.places));
+                Some([of(low)?, of(high)?])
             });
-            around = Some(near.collect());
+            around = near.collect();
             if self.most_s.is_infinite() {
                 continue;
             }
-            range = [prices[low] / beyond, prices[high] * beyond];
-            let span = (prices[PRICES - 1] / prices[0]).max(LEAST_SPAN);
+            range = [prices[low] / now.beyond, prices[high] * now.beyond];
+            let span = (prices[N - 1] / prices[0]).max(LEAST_SPAN);
             if fast.is_none() || high == 0 {
                 // the price lies beside those that were tried
                 let above = fast.is_none();
@@ -188,7 +236,12 @@ impl Question<'_> {
 
     /// The ways at the higher price of time; where there is time left, the slower ways that save
     /// most take it.
-    fn mix(&self, found: &[[Option<Way>; PRICES]], high: usize, price_w: f64) -> Option<Answer> {
+    fn mix<const N: usize>(
+        &self,
+        found: &[[Option<Way>; N]],
+        high: usize,
+        price_w: f64,
+    ) -> Option<Answer> {
         let ways: Option<Vec<Way>> = found.iter().map(|ways| ways[high].clone()).collect();
         let mut answer = Answer { ways: ways?, price_w };
         let mut left_s = self.most_s - answer.time_s();
@@ -211,12 +264,12 @@ impl Question<'_> {
 
     /// Takes the time that is still left: a leg goes at the higher price of time up to some place,
     /// and from there on at the lower one.
-    fn fill(
+    fn fill<const N: usize>(
         &self,
         mut answer: Answer,
         searches: &[Search],
-        swept: &[Swept],
-        found: &[[Option<Way>; PRICES]],
+        swept: &[Swept<N>],
+        found: &[[Option<Way>; N]],
         high: usize,
     ) -> Answer {
         if high == 0 || self.most_s.is_infinite() {

@@ -2,17 +2,8 @@
 //! left, for several prices λ of time at once; then from its start to its end the moves that have
 //! it.
 
-use super::moves::{Levels, Move, Search};
+use super::moves::{Levels, Move, Search, Shifts};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// How many prices of time one sweep knows.
-pub(super) const PRICES: usize = 8;
-
-/// What is left to pay, by price.
-type Left = [f64; PRICES];
-
-/// No way.
-const NO_WAY: Left = [f64::INFINITY; PRICES];
 
 /// One way along a leg.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,28 +19,28 @@ pub(super) struct Way {
 }
 
 /// What is left at a place, by speed and gear.
-struct Table {
+struct Table<const N: usize> {
     levels: Levels,
     gears: usize,
-    left: Vec<Left>,
+    left: Vec<[f64; N]>,
 }
 
-impl Table {
-    fn at(&self, k: usize, gear: usize) -> &Left {
+impl<const N: usize> Table<N> {
+    fn at(&self, k: usize, gear: usize) -> &[f64; N] {
         &self.left[k * self.gears + gear]
     }
 
     /// Between two speeds the value is linear.
-    fn between(&self, speed_mps: f64, gear: usize) -> (&Left, &Left, f64) {
+    fn between(&self, speed_mps: f64, gear: usize) -> (&[f64; N], &[f64; N], f64) {
         let levels = &self.levels;
         if levels.count == 1 {
             let only = self.at(0, gear);
             return (only, only, 0.0);
         }
         let x = ((speed_mps - levels.low_mps) / levels.step_mps).max(0.0);
-        let nearest = libm::round(x);
-        if (x - nearest).abs() < 1e-6 {
-            let here = self.at((nearest as usize).min(levels.count - 1), gear);
+        let nearest = (x + 0.5) as usize;
+        if (x - nearest as f64).abs() < 1e-6 {
+            let here = self.at(nearest.min(levels.count - 1), gear);
             return (here, here, 0.0);
         }
         let k = (x as usize).min(levels.count - 2);
@@ -57,21 +48,21 @@ impl Table {
     }
 }
 
-/// What is left along a leg, by place, speed, gear and price.
-pub(super) struct Swept {
-    tables: Vec<Table>,
-    prices: [f64; PRICES],
+/// What is left along a leg, by place, speed, gear and price, of which it knows `N`.
+pub(super) struct Swept<const N: usize> {
+    tables: Vec<Table<N>>,
+    prices: [f64; N],
 }
 
-impl Swept {
+impl<const N: usize> Swept<N> {
     /// Sweeps a leg from its end to its start, at prices of time in W; none once the flag is set.
-    pub(super) fn of(search: &Search, prices: &[f64; PRICES], stop: &AtomicBool) -> Option<Self> {
+    pub(super) fn of(search: &Search, prices: &[f64; N], stop: &AtomicBool) -> Option<Self> {
         Some(Self { tables: backward(search, prices, stop)?, prices: *prices })
     }
 
     /// The best ways, one for each price; none where there is no way at all.
-    pub(super) fn ways(&self, search: &Search) -> [Option<Way>; PRICES] {
-        let mut ways = [const { None }; PRICES];
+    pub(super) fn ways(&self, search: &Search) -> [Option<Way>; N] {
+        let mut ways = [const { None }; N];
         for (k, way) in ways.iter_mut().enumerate() {
             *way = self.way(search, [k, k], 0);
         }
@@ -89,9 +80,10 @@ impl Swept {
         let gear = starts.min_by(|a, b| left(*a).total_cmp(&left(*b)))?;
         let mut way = Way { moves: Vec::new(), gear, energy_j: 0.0, time_s: 0.0 };
         let (mut at, mut speed_mps, mut engaged) = (0, start_mps, gear);
-        let mut moves = Vec::new();
+        let (mut shifts, mut moves) = (Shifts::default(), Vec::new());
         while at < last {
-            search.moves(at, speed_mps, engaged, &mut moves);
+            search.shifts(at, speed_mps, &mut shifts);
+            search.moves(at, speed_mps, engaged, &shifts, &mut moves);
             let price = price_at(at);
             let cost = |step: &Move| {
                 let (low, high, share) = self.tables[step.to].between(step.speed_mps, step.gear);
@@ -112,16 +104,21 @@ impl Swept {
     }
 }
 
-fn backward(search: &Search, prices: &[f64; PRICES], stop: &AtomicBool) -> Option<Vec<Table>> {
+fn backward<const N: usize>(
+    search: &Search,
+    prices: &[f64; N],
+    stop: &AtomicBool,
+) -> Option<Vec<Table<N>>> {
+    let no_way = [f64::INFINITY; N];
     let gears = search.truck.gears();
     let last = search.places.len() - 1;
-    let mut tables: Vec<Table> = search
+    let mut tables: Vec<Table<N>> = search
         .levels
         .iter()
-        .map(|levels| Table { levels: *levels, gears, left: vec![NO_WAY; levels.count * gears] })
+        .map(|levels| Table { levels: *levels, gears, left: vec![no_way; levels.count * gears] })
         .collect();
-    tables[last].left.fill([0.0; PRICES]);
-    let mut moves = Vec::new();
+    tables[last].left.fill([0.0; N]);
+    let (mut shifts, mut moves) = (Shifts::default(), Vec::new());
     for from in (0..last).rev() {
         if stop.load(Ordering::Relaxed) {
             return None;
@@ -129,15 +126,16 @@ fn backward(search: &Search, prices: &[f64; PRICES], stop: &AtomicBool) -> Optio
         let levels = search.levels[from];
         for k in 0..levels.count {
             let speed_mps = levels.at(k);
+            search.shifts(from, speed_mps, &mut shifts);
             for gear in 0..gears {
-                if !search.truck.holds(gear, speed_mps, from > 0) {
+                if !levels.has(gear) || !search.truck.holds(gear, speed_mps, from > 0) {
                     continue;
                 }
-                search.moves(from, speed_mps, gear, &mut moves);
-                let mut best = NO_WAY;
+                search.moves(from, speed_mps, gear, &shifts, &mut moves);
+                let mut best = no_way;
                 for step in &moves {
                     let (low, high, share) = tables[step.to].between(step.speed_mps, step.gear);
-                    for i in 0..PRICES {
+                    for i in 0..N {
                         let left =
                             if share > 0.0 { low[i] + share * (high[i] - low[i]) } else { low[i] };
                         let cost = step.energy_j + prices[i] * step.time_s + left;

@@ -241,9 +241,8 @@ fn who_decides_on_the_way_coasts_to_a_stop_by_its_energy() {
     // the way over which 2.5 times the force of coasting takes the energy
     let air_and_tyres_n = body.road_forces(fast_mps / 2.0_f64.sqrt(), 0.0).sum_n();
     let gear = powertrain.gears[11];
-    let axle_per_m = gear.speed_ratio_per_m / gear.ratio;
     let drag_nm = powertrain.engine.drag_nm(gear.speed_ratio_per_m * fast_mps);
-    let [engine_n, _] = powertrain.gearbox.wheel_and_lost_n(&gear, axle_per_m, fast_mps, drag_nm);
+    let [engine_n, _] = powertrain.losses.wheel_and_lost_n(&gear, fast_mps, drag_nm);
     let energy_j = 0.5 * (body.mass_kg + body.wheel_mass_kg) * fast_mps * fast_mps;
     let from_m = 3000.0 - energy_j / (2.5 * (air_and_tyres_n - engine_n));
     let begun_m = nodes[first - 1].0;

@@ -76,6 +76,7 @@ impl<'a> Truck<'a> {
             retarder_torque_nms2: None,
             ..gearbox.clone()
         };
+        let both = [&box_alone, gearbox].map(|gearbox| gearbox.losses(self.axle_per_m));
         let span_radps = (self.rated_radps - self.idle_radps) / 15.0;
         let (mut axle_sum, mut gear_means) = (0.0, Vec::with_capacity(gears.len()));
         for gear in gears {
@@ -86,12 +87,10 @@ impl<'a> Truck<'a> {
                 let full_nm = engine.full_load_nm(speed_radps);
                 for j in 0..=10 {
                     let torque_nm = full_nm * (1.0 / 3.0 + f64::from(j) / 15.0);
-                    let wheel = |gearbox: &GearboxModel| {
-                        gearbox.wheel_and_lost_n(gear, self.axle_per_m, speed_mps, torque_nm)[0]
-                    };
-                    let shaft_n = wheel(&box_alone);
+                    let [shaft_n, wheel_n] =
+                        both.map(|losses| losses.wheel_and_lost_n(gear, speed_mps, torque_nm)[0]);
                     gear_sum += shaft_n / (torque_nm * gear.speed_ratio_per_m);
-                    axle_sum += wheel(gearbox) / shaft_n;
+                    axle_sum += wheel_n / shaft_n;
                 }
             }
             gear_means.push(gear_sum / POINTS);
@@ -257,10 +256,10 @@ impl<'a> Truck<'a> {
 
     /// Force at the wheels (negative) of an engine that drags in a gear at a speed, in N.
     fn dragged_n(&self, gear: usize, speed_mps: f64, auxiliary_w: f64) -> f64 {
-        let CombustionPowertrain { engine, gears, gearbox, .. } = self.powertrain;
+        let CombustionPowertrain { engine, gears, losses, .. } = self.powertrain;
         let speed_radps = self.speed_radps(gear, speed_mps).max(self.idle_radps);
         let torque_nm = engine.drag_nm(speed_radps) - auxiliary_w / speed_radps;
-        gearbox.wheel_and_lost_n(&gears[gear], self.axle_per_m, speed_mps, torque_nm)[0]
+        losses.wheel_and_lost_n(&gears[gear], speed_mps, torque_nm)[0]
     }
 
     /// What has to go between two speeds in m/s and a climb in m, and what coasting on the level

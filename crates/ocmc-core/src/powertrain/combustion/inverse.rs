@@ -110,6 +110,7 @@ impl<'a> InverseCombustion<'a> {
         };
         let passes_power = slips && self.returns();
         let engine_per_input = if passes_power { speed_radps / engine_radps } else { 1.0 };
+        let [full_nm, drag_nm] = engine.full_and_drag_nm(engine_radps);
         let passes = if closed || slips { gearbox_nm * engine_per_input } else { 0.0 };
         Fit {
             gear,
@@ -122,8 +123,8 @@ impl<'a> InverseCombustion<'a> {
             end_radps,
             inertia_nm,
             engine_nm: passes + inertia_nm + self.truck.auxiliary_power_w / engine_radps,
-            full_nm: engine.full_load_nm(engine_radps),
-            drag_nm: engine.drag_nm(engine_radps),
+            full_nm,
+            drag_nm,
         }
     }
 
@@ -137,6 +138,7 @@ impl<'a> InverseCombustion<'a> {
         let end_radps = (start_radps + change_radps).max(clutch.idle_radps);
         let engine_radps = 0.5 * (start_radps + end_radps);
         let inertia_nm = model.inertia_kgm2 * (end_radps - start_radps) / step.dt_s;
+        let [full_nm, drag_nm] = engine.full_and_drag_nm(engine_radps);
         Fit {
             gear: self.gear,
             engine_radps,
@@ -148,8 +150,8 @@ impl<'a> InverseCombustion<'a> {
             end_radps,
             inertia_nm,
             engine_nm: self.truck.auxiliary_power_w / engine_radps + inertia_nm,
-            full_nm: engine.full_load_nm(engine_radps),
-            drag_nm: engine.drag_nm(engine_radps),
+            full_nm,
+            drag_nm,
         }
     }
 
@@ -170,7 +172,7 @@ impl<'a> InverseCombustion<'a> {
 
     /// What the engine does in a step that is carried so.
     fn work(&self, fit: &Fit, step: &SpeedStep) -> Work {
-        let CombustionPowertrain { engine, engine_model: model, gearbox, .. } = self.powertrain;
+        let CombustionPowertrain { engine, engine_model: model, losses, .. } = self.powertrain;
         let gear = &self.powertrain.gears[fit.gear];
         let auxiliary_nm = self.truck.auxiliary_power_w / fit.engine_radps;
         let engaged = fit.closed || fit.slips;
@@ -181,9 +183,8 @@ impl<'a> InverseCombustion<'a> {
         };
         let passed_nm = if engaged { engine_nm - auxiliary_nm - fit.inertia_nm } else { 0.0 };
         let gearbox_nm = passed_nm / fit.engine_per_input;
-        let [wheel_n, lost_n] =
-            gearbox.wheel_and_lost_n(gear, self.powertrain.axle_per_m, step.mean_mps(), gearbox_nm);
-        let fuel_kgps = engine.fuel_kgps(fit.engine_radps, engine_nm);
+        let [wheel_n, lost_n] = losses.wheel_and_lost_n(gear, step.mean_mps(), gearbox_nm);
+        let fuel_kgps = engine.fuel_of_kgps(fit.engine_radps, engine_nm, fit.drag_nm);
         let heating = model.fuel.heating_value_jpkg;
         let fuel_j = fuel_kgps * self.truck.map_factor * heating * step.dt_s;
         Work { engine_nm, gearbox_nm, wheel_n, lost_n, fuel_j, engaged, limited }
@@ -251,10 +252,13 @@ impl InversePowertrain for InverseCombustion<'_> {
     fn cost(&self, step: &SpeedStep, force_n: f64, shaft_radps: f64) -> StepCost {
         let fit = self.ordered(step, force_n, shaft_radps);
         let work = self.work(&fit, step);
-        let jump = fit.start_radps * fit.start_radps - shaft_radps * shaft_radps;
-        let jump_j = 0.5 * self.powertrain.engine_model.inertia_kgm2 * jump;
-        let end_radps = fit.end_radps;
-        StepCost { energy_j: work.fuel_j, wheel_n: work.wheel_n, jump_j, end_radps }
+        let kinetic_j = |radps| 0.5 * self.powertrain.engine_model.inertia_kgm2 * radps * radps;
+        StepCost {
+            energy_j: work.fuel_j,
+            wheel_n: work.wheel_n,
+            shaft_start_j: kinetic_j(fit.start_radps),
+            shaft_end_j: kinetic_j(fit.end_radps),
+        }
     }
 
     fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep {

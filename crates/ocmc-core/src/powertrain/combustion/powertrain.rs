@@ -32,7 +32,8 @@ pub struct CombustionPowertrain {
     pub(super) axle_per_m: f64,
     /// Engine-brake torque for each rad/s, in Nm s.
     pub(super) engine_brake_nms: f64,
-    pub(super) losses: DrivelineLosses,
+    /// What is lost between gearbox and wheels.
+    pub losses: DrivelineLosses,
 }
 
 /// The engines of a block.

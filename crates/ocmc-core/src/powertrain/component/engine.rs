@@ -344,16 +344,20 @@ impl Engine {
         self.peak_torque_nm
     }
 
+    /// Torques of full load and of drag, in Nm.
+    pub fn full_and_drag_nm(&self, speed_radps: f64) -> [f64; 2] {
+        let [full_nm, full_nms, drag_nm, drag_nms] = *self.curve_row(speed_radps);
+        [full_nm + full_nms * speed_radps, drag_nm + drag_nms * speed_radps]
+    }
+
     /// Full-load torque, in Nm.
     pub fn full_load_nm(&self, speed_radps: f64) -> f64 {
-        let [value, slope, _, _] = *self.curve_row(speed_radps);
-        value + slope * speed_radps
+        self.full_and_drag_nm(speed_radps)[0]
     }
 
     /// Drag torque (negative), in Nm.
     pub fn drag_nm(&self, speed_radps: f64) -> f64 {
-        let [_, _, value, slope] = *self.curve_row(speed_radps);
-        value + slope * speed_radps
+        self.full_and_drag_nm(speed_radps)[1]
     }
 
     /// Fuel of some engines, in kg/s, before the vehicles' factors; the drag torque is that at the
@@ -384,7 +388,11 @@ impl Engine {
 
     /// Fuel of one engine, in kg/s, before the vehicle's factor.
     pub fn fuel_kgps(&self, speed_radps: f64, torque_nm: f64) -> f64 {
-        let drag_nm = self.drag_nm(speed_radps);
+        self.fuel_of_kgps(speed_radps, torque_nm, self.drag_nm(speed_radps))
+    }
+
+    /// The same where the drag torque at the speed is known, in Nm.
+    pub fn fuel_of_kgps(&self, speed_radps: f64, torque_nm: f64, drag_nm: f64) -> f64 {
         self.fuel_rates(one(speed_radps), one(torque_nm), one(drag_nm))[0]
     }
 }

@@ -110,21 +110,6 @@ impl GearboxModel {
         }
     }
 
-    /// Force at the wheels for a torque at the gearbox's input, and what gearbox, retarder and axle
-    /// take on the way, in N; `speed_mps`: of the truck.
-    pub fn wheel_and_lost_n(
-        &self,
-        gear: &Gear,
-        axle_per_m: f64,
-        speed_mps: f64,
-        torque_nm: f64,
-    ) -> [f64; 2] {
-        let (per_m, share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
-        let losses = self.losses(axle_per_m);
-        let forces = losses.wheel_and_lost_forces_n(per_m, share, one(speed_mps), one(torque_nm));
-        forces.map(|forces| forces[0])
-    }
-
     /// Drag of the retarder at the wheels at a speed in m/s, in N.
     pub fn retarder_n(&self, axle_per_m: f64, speed_mps: f64) -> f64 {
         let shaft_radps = axle_per_m * speed_mps;
@@ -133,7 +118,7 @@ impl GearboxModel {
     }
 
     /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of
-    /// [`GearboxModel::wheel_and_lost_n`].
+    /// [`DrivelineLosses::wheel_and_lost_n`].
     pub fn input_torque_nm(
         &self,
         gear: &Gear,
@@ -400,6 +385,13 @@ impl DrivelineLosses {
         let axle_n = shaft_n.abs() * self.axle_share + self.axle_n;
         [shaft_n - axle_n, per_m * gearbox_nm + axle_n + retarder_n]
     }
+
+    /// [`Self::wheel_and_lost_forces_n`] of one truck in a gear.
+    pub fn wheel_and_lost_n(&self, gear: &Gear, speed_mps: f64, torque_nm: f64) -> [f64; 2] {
+        let (per_m, share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
+        let forces = self.wheel_and_lost_forces_n(per_m, share, one(speed_mps), one(torque_nm));
+        forces.map(|forces| forces[0])
+    }
 }
 
 /// What the strategy looks at.
@@ -545,10 +537,11 @@ mod tests {
     #[test]
     fn the_torque_behind_a_force_gives_that_force() {
         let model = two_gears();
+        let losses = model.losses(2.64 / 0.492);
         for gear in model.gears(0.492) {
             for force_n in [-50_000.0, -300.0, -80.0, 0.0, 10.0, 4000.0, 90_000.0] {
                 let torque = model.input_torque_nm(&gear, 2.64 / 0.492, 12.0, force_n);
-                let [back, lost] = model.wheel_and_lost_n(&gear, 2.64 / 0.492, 12.0, torque);
+                let [back, lost] = losses.wheel_and_lost_n(&gear, 12.0, torque);
                 let given = gear.speed_ratio_per_m * torque;
                 assert!((given - back - lost).abs() < 1e-9 * given.abs().max(100.0), "{force_n}");
                 assert!((back - force_n).abs() < 1e-9 * force_n.abs().max(100.0), "{force_n}");
