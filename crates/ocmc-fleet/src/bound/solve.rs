@@ -25,9 +25,10 @@ pub(super) struct Stage {
 }
 
 /// From all speeds and gears to the last spacing.
-pub(super) const FROM_NOTHING: [Stage; 3] = [
-    Stage { spacing: 7.5, reach: 0.0, gears: 0, beyond: 1.1 },
-    Stage { spacing: 2.5, reach: 3.0, gears: 2, beyond: 1.02 },
+pub(super) const FROM_NOTHING: [Stage; 4] = [
+    Stage { spacing: 10.0, reach: 0.0, gears: 0, beyond: 1.1 },
+    Stage { spacing: 4.0, reach: 3.0, gears: 2, beyond: 1.05 },
+    Stage { spacing: 1.5, reach: 3.0, gears: 1, beyond: 1.02 },
     Stage { spacing: 1.0, reach: 2.0, gears: 1, beyond: 1.0 },
 ];
 /// The same where much is known already.
