@@ -39,7 +39,7 @@ pub(super) const FROM_TRACKS: [Stage; 2] = [
 
 /// Lowest speed of the first stage, in m/s, and as a share of the highest.
 const LOWEST_MPS: f64 = 1.0;
-const LOWEST_SHARE: f64 = 0.25;
+const LOWEST_SHARE: f64 = 0.4;
 /// How often prices beside those of a stage are tried, and by how much they differ at least.
 const MOST_SHIFTED: u32 = 4;
 const LEAST_SPAN: f64 = 1.2;
@@ -135,6 +135,37 @@ impl Track {
     }
 }
 
+/// The ways of all legs at the prices that were asked for.
+struct Found<'a, const N: usize> {
+    searches: &'a [Search<'a>],
+    swept: &'a [Swept<N>],
+    /// By leg and price.
+    ways: Vec<[Option<Way>; N]>,
+    /// Their time by price, in s, once it is known.
+    times_s: [Option<f64>; N],
+}
+
+impl<'a, const N: usize> Found<'a, N> {
+    fn new(searches: &'a [Search<'a>], swept: &'a [Swept<N>]) -> Self {
+        let ways = searches.iter().map(|_| [const { None }; N]).collect();
+        Self { searches, swept, ways, times_s: [None; N] }
+    }
+
+    /// Time of the ways at a price, in s; without end where there is no way.
+    fn time_s(&mut self, price: usize) -> f64 {
+        if let Some(time_s) = self.times_s[price] {
+            return time_s;
+        }
+        let mut time_s = 0.0;
+        for ((search, swept), ways) in self.searches.iter().zip(self.swept).zip(&mut self.ways) {
+            ways[price] = swept.way(search, price);
+            time_s += ways[price].as_ref().map_or(f64::INFINITY, |way| way.time_s);
+        }
+        self.times_s[price] = Some(time_s);
+        time_s
+    }
+}
+
 /// The speeds and gears that are tried at the places of a leg; `around`: those to stay near to, and
 /// how near.
 fn levels(leg: &Problem, about_mps: f64, around: Option<(&[Track; 2], &Stage)>) -> Vec<Levels> {
@@ -189,30 +220,38 @@ impl Question<'_> {
             let swept: Option<Vec<Swept<N>>> =
                 searches.iter().map(|search| Swept::of(search, &prices, self.stop)).collect();
             let swept = swept?;
-            let found: Vec<[Option<Way>; N]> =
-                searches.iter().zip(&swept).map(|(search, swept)| swept.ways(search)).collect();
-            let time_s = |price: usize| -> f64 {
-                let time_s = |ways: &[Option<Way>; N]| {
-                    ways[price].as_ref().map_or(f64::INFINITY, |way| way.time_s)
-                };
-                found.iter().map(time_s).sum()
+            let mut found = Found::new(&searches, &swept);
+            let in_time = |found: &mut Found<N>, price: usize| {
+                found.time_s(price) <= self.most_s * (1.0 + ROUNDING)
             };
-            let in_time = |price: &usize| time_s(*price) <= self.most_s * (1.0 + ROUNDING);
-            let fast = (0..N).find(in_time);
-            let high = fast.unwrap_or(N - 1);
+            // a higher price takes no longer
+            let (mut low, mut high) = (0, N);
+            while low < high {
+                let middle = low.midpoint(high);
+                if in_time(&mut found, middle) {
+                    high = middle;
+                } else {
+                    low = middle + 1;
+                }
+            }
+            let fast = high < N;
+            let high = high.min(N - 1);
             let low = high.saturating_sub(1);
-            if fast.is_some() {
-                let mixed = self.mix(&found, high, prices[high]);
-                let answer = mixed.map(|mixed| self.fill(mixed, &searches, &swept, &found, high));
+            let times_s = [low, high].map(|price| found.time_s(price));
+            if fast {
+                let mut answer = self.mix(&found.ways, high, prices[high]);
+                if let Some(answer) = answer.as_mut().filter(|_| stage == self.stages.len()) {
+                    self.fill(answer, &found, high);
+                }
                 best = self.better(best, answer);
             }
             if pinned {
                 return best;
             }
-            if time_s(low).is_infinite() || time_s(high).is_infinite() {
+            if times_s.iter().any(|time_s| time_s.is_infinite()) {
                 return best;
             }
-            let near = found.iter().zip(&self.legs).map(|(ways, leg)| {
+            let near = found.ways.iter().zip(&self.legs).map(|(ways, leg)| {
                 let of = |price: usize| Some(Track::of(ways[price].as_ref()?, leg.places));
                 Some([of(low)?, of(high)?])
             });
@@ -222,10 +261,9 @@ impl Question<'_> {
             }
             range = [prices[low] / now.beyond, prices[high] * now.beyond];
             let span = (prices[N - 1] / prices[0]).max(LEAST_SPAN);
-            if fast.is_none() || high == 0 {
+            if !fast || high == 0 {
                 // the price lies beside those that were tried
-                let above = fast.is_none();
-                let first = if above { prices[high] / ratio } else { prices[0] * ratio / span };
+                let first = if !fast { prices[high] / ratio } else { prices[0] * ratio / span };
                 range = [first, first * span];
                 if shifted < MOST_SHIFTED {
                     (stage, shifted) = (stage - 1, shifted + 1);
@@ -265,43 +303,39 @@ impl Question<'_> {
 
     /// Takes the time that is still left: a leg goes at the higher price of time up to some place,
     /// and from there on at the lower one.
-    fn fill<const N: usize>(
-        &self,
-        mut answer: Answer,
-        searches: &[Search],
-        swept: &[Swept<N>],
-        found: &[[Option<Way>; N]],
-        high: usize,
-    ) -> Answer {
+    fn fill<const N: usize>(&self, answer: &mut Answer, found: &Found<N>, high: usize) {
         if high == 0 || self.most_s.is_infinite() {
-            return answer;
+            return;
         }
-        for (k, (search, swept)) in searches.iter().zip(swept).enumerate() {
+        for (k, (search, swept)) in found.searches.iter().zip(found.swept).enumerate() {
             let left_s = self.most_s - answer.time_s();
+            let [Some(fast), Some(slow)] =
+                [high, high - 1].map(|price| found.ways[k][price].as_ref())
+            else {
+                continue;
+            };
             // a leg that was slowed already has taken its time
-            if found[k][high].as_ref().is_none_or(|way| way.time_s != answer.ways[k].time_s) {
+            if fast.time_s != answer.ways[k].time_s {
                 continue;
             }
+            let change = |from: usize| swept.change(search, [fast, slow], high - 1, from);
+            let most_s = left_s + fast.time_s;
             let (mut from, mut to) = (0, search.places.len() - 1);
             while from < to {
                 let middle = from.midpoint(to);
-                let way = swept.way(search, [high, high - 1], middle);
-                let fits = |way: &Way| way.time_s - answer.ways[k].time_s <= left_s;
-                if way.as_ref().is_some_and(fits) {
+                if change(middle).is_some_and(|way| way.time_s <= most_s) {
                     to = middle;
                 } else {
                     from = middle + 1;
                 }
             }
-            let left_s = left_s + answer.ways[k].time_s;
-            if let Some(way) = swept.way(search, [high, high - 1], to)
-                && way.time_s <= left_s
-                && way.energy_j < answer.ways[k].energy_j
+            if let Some(way) = change(to)
+                && way.time_s <= most_s
+                && way.energy_j < fast.energy_j
             {
                 answer.ways[k] = way;
             }
         }
-        answer
     }
 
     /// The legs with the speeds that are tried.

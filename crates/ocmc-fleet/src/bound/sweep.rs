@@ -18,6 +18,14 @@ pub(super) struct Way {
     pub time_s: f64,
 }
 
+impl Way {
+    fn push(&mut self, step: Move) {
+        self.energy_j += step.energy_j;
+        self.time_s += step.time_s;
+        self.moves.push(step);
+    }
+}
+
 /// What is left at a place, by speed and gear.
 struct Table<const N: usize> {
     levels: Levels,
@@ -60,45 +68,89 @@ impl<const N: usize> Swept<N> {
         Some(Self { tables: backward(search, prices, stop)?, prices: *prices })
     }
 
-    /// The best ways, one for each price; none where there is no way at all.
-    pub(super) fn ways(&self, search: &Search) -> [Option<Way>; N] {
-        let mut ways = [const { None }; N];
-        for (k, way) in ways.iter_mut().enumerate() {
-            *way = self.way(search, [k, k], 0);
-        }
-        ways
+    /// The best way at one price, by its number.
+    pub(super) fn way(&self, search: &Search, price: usize) -> Option<Way> {
+        let start_mps = search.levels[0].low_mps;
+        let first = &self.tables[0];
+        let starts = (0..first.gears).filter(|gear| search.truck.holds(*gear, start_mps, false));
+        let left = |gear: usize| first.at(0, gear)[price];
+        let gear = starts.min_by(|a, b| left(*a).total_cmp(&left(*b)))?;
+        let way = Way { moves: Vec::new(), gear, energy_j: 0.0, time_s: 0.0 };
+        self.follow(search, price, way, None)
     }
 
-    /// The best way at one price, by its number, and from some place on at another one.
-    pub(super) fn way(&self, search: &Search, prices: [usize; 2], from: usize) -> Option<Way> {
+    /// Goes along a way up to some place, and from there on at the price of another one, by its
+    /// number.
+    pub(super) fn change(
+        &self,
+        search: &Search,
+        [one, other]: [&Way; 2],
+        price: usize,
+        from: usize,
+    ) -> Option<Way> {
+        let mut way = Way { moves: Vec::new(), energy_j: 0.0, time_s: 0.0, ..*one };
+        let mut at = 0;
+        for step in &one.moves {
+            if at >= from {
+                break;
+            }
+            at = step.to;
+            way.push(*step);
+        }
+        self.follow(search, price, way, Some(other))
+    }
+
+    /// Goes on at one price to the end of the leg; `known`: the way that does so from the start,
+    /// which is the rest of it where the two meet.
+    fn follow(
+        &self,
+        search: &Search,
+        price: usize,
+        mut way: Way,
+        known: Option<&Way>,
+    ) -> Option<Way> {
         let last = search.places.len() - 1;
-        let first = &self.tables[0];
-        let start_mps = search.levels[0].low_mps;
-        let price_at = |at: usize| prices[usize::from(at >= from)];
-        let starts = (0..first.gears).filter(|gear| search.truck.holds(*gear, start_mps, false));
-        let left = |gear: usize| first.at(0, gear)[price_at(0)];
-        let gear = starts.min_by(|a, b| left(*a).total_cmp(&left(*b)))?;
-        let mut way = Way { moves: Vec::new(), gear, energy_j: 0.0, time_s: 0.0 };
-        let (mut at, mut speed_mps, mut engaged) = (0, start_mps, gear);
+        let (mut at, mut speed_mps, mut engaged) = (0, search.levels[0].low_mps, way.gear);
+        if let Some(step) = way.moves.last() {
+            (at, speed_mps, engaged) = (step.to, step.speed_mps, step.gear);
+        }
         let (mut shifts, mut moves) = (Shifts::default(), Vec::new());
+        let known = known.map_or(&[][..], |known| &known.moves);
+        let mut passed = 0;
         while at < last {
+            while passed < known.len() && known[passed].to < at {
+                passed += 1;
+            }
+            let meets = |step: &&Move| {
+                (step.to, step.speed_mps, step.gear) == (at, speed_mps, engaged) && at > 0
+            };
+            if known.get(passed).filter(meets).is_some() {
+                for step in &known[passed + 1..] {
+                    way.push(*step);
+                }
+                break;
+            }
             search.shifts(at, speed_mps, &mut shifts);
             search.moves(at, speed_mps, engaged, &shifts, &mut moves);
-            let price = price_at(at);
             let cost = |step: &Move| {
                 let (low, high, share) = self.tables[step.to].between(step.speed_mps, step.gear);
                 let between = if share > 0.0 { share * (high[price] - low[price]) } else { 0.0 };
                 let sum = step.energy_j + self.prices[price] * step.time_s + low[price] + between;
                 if sum.is_nan() { f64::INFINITY } else { sum }
             };
-            let best = moves.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-            if cost(best).is_infinite() {
+            let mut best: Option<(f64, &Move)> = None;
+            for step in &moves {
+                let cost = cost(step);
+                if best.is_none_or(|(least, _)| cost < least) {
+                    best = Some((cost, step));
+                }
+            }
+            let (cost, step) = best?;
+            if cost.is_infinite() {
                 return None;
             }
-            way.energy_j += best.energy_j;
-            way.time_s += best.time_s;
-            (at, speed_mps, engaged) = (best.to, best.speed_mps, best.gear);
-            way.moves.push(*best);
+            (at, speed_mps, engaged) = (step.to, step.speed_mps, step.gear);
+            way.push(*step);
         }
         Some(way)
     }
