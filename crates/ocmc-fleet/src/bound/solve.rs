@@ -263,7 +263,7 @@ impl Question<'_> {
             let span = (prices[N - 1] / prices[0]).max(LEAST_SPAN);
             if !fast || high == 0 {
                 // the price lies beside those that were tried
-                let first = if !fast { prices[high] / ratio } else { prices[0] * ratio / span };
+                let first = if fast { prices[0] * ratio / span } else { prices[high] / ratio };
                 range = [first, first * span];
                 if shifted < MOST_SHIFTED {
                     (stage, shifted) = (stage - 1, shifted + 1);

@@ -121,10 +121,10 @@ impl<const N: usize> Swept<N> {
             while passed < known.len() && known[passed].to < at {
                 passed += 1;
             }
-            let meets = |step: &&Move| {
+            let meets = |step: &Move| {
                 (step.to, step.speed_mps, step.gear) == (at, speed_mps, engaged) && at > 0
             };
-            if known.get(passed).filter(meets).is_some() {
+            if known.get(passed).is_some_and(meets) {
                 for step in &known[passed + 1..] {
                     way.push(*step);
                 }
