@@ -25,16 +25,17 @@ pub(super) struct Stage {
 }
 
 /// From all speeds and gears to the last spacing.
-pub(super) const FROM_NOTHING: [Stage; 4] = [
-    Stage { spacing: 10.0, reach: 0.0, gears: 0, beyond: 1.1 },
+pub(super) const FROM_NOTHING: [Stage; 5] = [
+    Stage { spacing: 8.0, reach: 0.0, gears: 0, beyond: 1.1 },
     Stage { spacing: 4.0, reach: 3.0, gears: 2, beyond: 1.05 },
-    Stage { spacing: 1.5, reach: 3.0, gears: 1, beyond: 1.02 },
+    Stage { spacing: 2.0, reach: 3.0, gears: 1, beyond: 1.02 },
+    Stage { spacing: 1.0, reach: 3.0, gears: 1, beyond: 1.0 },
     Stage { spacing: 1.0, reach: 2.0, gears: 1, beyond: 1.0 },
 ];
 /// The same where much is known already.
 pub(super) const FROM_TRACKS: [Stage; 2] = [
     Stage { spacing: 5.0, reach: 2.0, gears: 2, beyond: 1.0 },
-    Stage { spacing: 1.0, reach: 2.5, gears: 1, beyond: 1.0 },
+    Stage { spacing: 1.0, reach: 4.0, gears: 1, beyond: 1.0 },
 ];
 
 /// Lowest speed of the first stage, in m/s, and as a share of the highest.
