@@ -77,6 +77,7 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
         }
         let (vehicle, pedals) = (&scenario.vehicle, &scenario.driver.pedals);
         let change = &scenario.driver.speed_change;
+        let rise = change.acceleration(parameters.rated_power_w, vehicle.mass_kg);
         scenarios.push(json!({
             "cycle_id": id,
             "first_row": first_row,
@@ -91,8 +92,9 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
             "derivative": pedals.derivative,
             "threshold_mps": pedals.threshold_mps,
             "deceleration_mps2": change.deceleration_mps2,
-            "acceleration_mps2": change.acceleration_mps2,
-            "peak_acceleration_mps2": change.peak_ratio * change.acceleration_mps2,
+            "rise_from_rest": rise.from_rest,
+            "rise_per_mps": rise.per_mps,
+            "peak_ratio": change.peak_ratio,
             "slips_from": diesel.slips_from(vehicle.auxiliary_power_w),
         }));
         first_row += road.rows.len();

@@ -30,8 +30,7 @@ def numba_loop(scenarios: Scenarios, method: str) -> Round:
     """Drive cycle by cycle in a scalar loop."""
     import scalar_loop
 
-    heun, euler = scalar_loop.build(scenarios.model, fastmath=True)
-    drive = {"heun": heun, "euler": euler}[method]
+    drive = scalar_loop.build(scenarios.model, method, fastmath=True)
     roads = [
         scenarios.rows[first : first + n]
         for first, n in zip(scenarios.first_row, scenarios.n_rows, strict=True)

@@ -1,7 +1,8 @@
 """The closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and a better one.
 
-Two integrators over the same rules (truck_rules.py): `heun`, Heun's method with cut steps, and `euler`, semi-implicit steps of
-fixed length. Both book less than ocmc does: time, distance, wheel energy and fuel, no balance and no look at the progress.
+Three integrators over the same rules (truck_rules.py): `heun`, Heun's method with cut steps; `growing`, the same with ocmc's own
+steps, which grow where the acceleration is steady, and lags that are stable with them; and `euler`, semi-implicit steps of fixed
+length. All book less than ocmc does: time, distance, wheel energy and fuel, no balance and no look at the progress.
 """
 
 from collections.abc import Callable
@@ -11,7 +12,6 @@ import numpy as np
 import truck_rules
 from numba import njit
 from scenarios import (
-    ACCELERATION,
     AUXILIARY,
     BACKWARD,
     CROSS_WIND,
@@ -21,6 +21,7 @@ from scenarios import (
     DRIVEN_MASS,
     DWELL,
     FAR,
+    FROM_REST,
     FUEL_FACTOR,
     GRADE,
     GRIP,
@@ -30,7 +31,8 @@ from scenarios import (
     LENGTH,
     LIMIT,
     MASS,
-    PEAK_ACCELERATION,
+    PEAK_RATIO,
+    PER_MPS,
     PROPORTIONAL,
     ROLLING,
     SLIPS_FROM,
@@ -42,12 +44,16 @@ from scenarios import (
 
 PASSING = 2e-3
 MOST_STEPS = 20_000_000
+# ocmc's rule for the length of steps (kernel/step/step_length.rs): shares of the longest one, changes of acceleration in m/s²
+SHORT_SHARE, AFTER_JUMP = 0.25, 0.07
+AIM_MPS2, TOO_MUCH_MPS2, SMALLEST_MPS2 = 0.03, 0.05, 1e-9
 
 Drive = Callable[[Array, Array, float], tuple[float, float, float, float, int]]
 
 
-def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
-    """Compile both integrators for a study; its numbers become constants of the machine code."""
+def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
+    """Compile an integrator for a study; its numbers become constants of the machine code."""
+    grows = method == "growing"
     jit = njit(error_model="numpy", fastmath=fastmath)
     inlined = njit(error_model="numpy", fastmath=fastmath, inline="always")
     rules = truck_rules.rules(model, jit, inlined)
@@ -57,6 +63,11 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
         rules.near_ramp,
         rules.stance,
         rules.control,
+    )
+    rising_pedal, ceiling_after, coasting_function = (
+        rules.rising_pedal,
+        rules.ceiling_after,
+        rules.coasting_function,
     )
     couple, forces, fuel_rate, idle_rate = rules.couple, rules.forces, rules.fuel_rate, rules.idle_rate
     start_gear, wanted_gear = rules.start_gear, rules.wanted_gear
@@ -70,10 +81,16 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
         model["idle_radps"],
         model["open_radps"],
     )
-    # beyond it Heun's method would let the lags of torque and filtered speed run away
-    longest_s = 2.0 * min(
-        vehicle["powertrain"]["combustion"]["engine"]["torque_lag_s"], pid["derivative_filter_s"]
+    torque_lag_s, filter_s = (
+        vehicle["powertrain"]["combustion"]["engine"]["torque_lag_s"],
+        pid["derivative_filter_s"],
     )
+    per_lag = 1.0 / torque_lag_s
+    # beyond it Heun's method would let the lags of torque and filtered speed run away
+    longest_s = FAR if grows else 2.0 * min(torque_lag_s, filter_s)
+    pedals = study["driver"]["pedals"]
+    brake_mps2 = pedals["brake_scale"] * vehicle["brakes"]["full_deceleration_mps2"]
+    ramp_gain_minimum = pedals["ramp_gain_minimum"]
     j_low, j_high = pid["integral_minimum"], pid["integral_maximum"]
     up_w, up_pedal = shift["up_speed_radps"], shift["up_pedal_radps"]
     down_w, down_pedal = shift["down_speed_radps"], shift["down_pedal_radps"]
@@ -85,11 +102,11 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
     per_m_of = np.array([gear["speed_ratio_per_m"] for gear in model["gears"]])
     loss_of = np.array([gear["loss_share"] for gear in model["gears"]])
     launches_of = np.array([gear["launches"] for gear in model["gears"]])
-    top = len(per_m_of) - 1
+    up_per_m, skip_per_m = truck_rules.upshift_ratios(per_m_of, shift)
 
     @jit
     def truck_of(p: Array) -> tuple:
-        """Mass, moving mass without engine, driven mass, drag area, auxiliaries, deceleration, peak acceleration."""
+        """Mass, moving mass without engine, driven mass, drag area, auxiliaries, deceleration, and those of the rise."""
         return (
             p[MASS],
             p[MASS] + wheel_mass,
@@ -97,8 +114,17 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
             p[DRAG_AREA],
             p[AUXILIARY],
             p[DECELERATION],
-            p[PEAK_ACCELERATION],
+            p[FROM_REST],
+            p[PER_MPS],
+            p[PEAK_RATIO],
         )
+
+    @jit
+    def lag(dt: float, time_constant_s: float) -> tuple:
+        """Shares of a first-order lag over a step, by a fraction for exp(-x): x and the half of it, and their divisor's inverse."""
+        x = dt / time_constant_s
+        over = (x * (1.0 / 12.0) + 0.5) * x
+        return x, over, 1.0 / (1.0 + over)
 
     @jit
     def clamped(integral: float) -> float:
@@ -131,14 +157,21 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
 
     @jit
     def gear_function(
-        v: float, accelerator: float, closed: bool, free_w: float, low: bool, gear: int
+        v: float, accelerator: float, closed: bool, free_w: float, low: bool, gathers: bool, gear: int
     ) -> float:
         """Rise through zero where the engine comes to a shifting line, to where the clutch opens, or to a slipping gear."""
         turns = v * per_m_of[gear]
         if not closed:
             return turns - free_w
-        up = v * per_m_of[gear + 1] - up_w - up_pedal * accelerator if gear < top else -up_w
+        up = v * (skip_per_m[gear] if gathers else up_per_m[gear]) - up_w - up_pedal * accelerator
         return max(up, open_w - turns if low else down_w + down_pedal * accelerator - turns)
+
+    @jit
+    def coasting_target(dwell: float, served: bool) -> float:
+        """Square of the speed to which the truck may coast before a crest."""
+        if served:
+            return 0.0
+        return FAR if dwell >= 0.0 else -1.0 - dwell
 
     @jit
     def line_row(rows: Array, row: int) -> int:
@@ -150,24 +183,28 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
     @jit
     def heun(rows: Array, p: Array, step_s: float) -> tuple:
         truck, d = truck_of(p), driver(p[PROPORTIONAL], p[INTEGRAL], p[DERIVATIVE], p[THRESHOLD])
-        mass, open_mass, auxiliary_w, deceleration, rise = (
+        mass, open_mass, auxiliary_w, deceleration = (
             p[MASS],
             p[MASS] + wheel_mass,
             p[AUXILIARY],
             p[DECELERATION],
-            p[ACCELERATION],
         )
         fuel_factor, has_integral, slips_from = p[FUEL_FACTOR], p[INTEGRAL] > 0.0, p[SLIPS_FROM]
         last = rows.shape[0] - 1
         time = way = wheel_j = fuel_kg = 0.0
         row, served, steps = -1, False, 0
-        left = limit = static = grade = 0.0
+        left = limit = static = grade = target = 0.0
         backward = to_stop = FAR
         here = (0.0, 0.0, 0.0, 0.0, 0.0)
         v = torque = integral = filtered = held = ceiling = drag = 0.0
         shift_left = up_left = down_left = 0.0
-        holding = False
+        holding = rolling = False
         kick_left, w_last = kick_s, idle_w
+        short_s, brake_step_s = (
+            SHORT_SHARE * step_s,
+            1.0 / (brake_mps2 * max(p[PROPORTIONAL], ramp_gain_minimum)),
+        )
+        longest = short_s if grows else step_s
         gear = start_gear(rows[0, GRADE])
         while steps < MOST_STEPS and step_s < longest_s:
             if left <= 0.0:
@@ -176,28 +213,31 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                 row += 1
                 r = rows[row]
                 left, limit, static, grade = r[LENGTH], r[LIMIT], r[STATIC], r[GRADE]
+                target = coasting_target(r[DWELL], served)
                 backward, to_stop = (FAR, FAR) if served else (r[BACKWARD], r[TO_STOP])
                 here = (mass * (r[ROLLING] + grade), r[HALF_DENSITY], r[HEAD_WIND], r[CROSS_WIND], r[GRIP])
             steps += 1
             per_m, loss, launches = per_m_of[gear], loss_of[gear], launches_of[gear]
-            desired, to_lead, _, to_plan = desired_speed(left, limit, backward, ceiling, deceleration)
+            wish = desired_speed(left, limit, backward, ceiling, deceleration)
+            desired, to_lead, _, to_plan, _ = wish
             known = forecast(v, cell(w_last), per_m, loss, launches, drag, here[0], truck)
             error = desired - v
-            stands = stance(error, v, to_lead, to_plan, holding, held, known[0], d)
-            ramps, rises, hold, held = stands
+            stands = stance(v, wish, static, target, holding, held, rolling, known, deceleration, d)
+            ramps, rises, hold, held, gathers, coasts, rolling, crest = stands
             output, demand, accelerator, braking, j_rate, f_rate = control(
-                v, desired, static, integral, filtered, stands, known, d
+                v, desired, static, integral, filtered, known[7], stands, known, d
             )
-            coupling = couple(v, per_m, launches, accelerator > slips_from, shift_left > 0.0)
+            coupling = couple(v, per_m, launches, accelerator > slips_from, shift_left > 0.0, rolling)
             closed, engaged, free_w = coupling
             w = v * per_m if closed else free_w
-            inverse = 1.0 / (open_mass + inertia * per_m * per_m if closed else open_mass)
-            net_1, t_rate, _, _, driving_1, aux_1, wheel_1, drag_1 = forces(
-                v, torque, accelerator, braking, coupling, per_m, loss, known[3], here, truck
+            turning = inertia * per_m * per_m if closed else 0.0
+            inverse = 1.0 / (open_mass + turning)
+            net_1, command, _, _, driving_1, aux_1, wheel_1, drag_1 = forces(
+                v, torque, 0.0, accelerator, braking, coupling, per_m, loss, known[3], here, truck
             )
             a_1 = net_1 * inverse
 
-            whole = step_s
+            whole = longest
             if shift_left > 0.0:
                 whole = min(whole, shift_left)
             if up_left > 0.0:
@@ -208,23 +248,37 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
             dt = min(whole, to_end)
             v_2 = max(v + dt * a_1, 0.0)
             left_2 = max(left - 0.5 * dt * (v + v_2), 0.0)
-            ceiling_2 = (desired + rise * dt) ** 2
-            desired_2, to_lead_2, _, to_plan_2 = desired_speed(
-                left_2, limit, backward, ceiling_2, deceleration
+            desired_2, to_lead_2, _, to_plan_2, braking_way = desired_speed(
+                left_2, limit, backward, ceiling_after(desired, dt, truck), deceleration
             )
+            rise_2 = 0.0
+            if gathers:
+                rise_2 = rising_pedal(v_2, cell(w), per_m, loss, launches, drag, here[0], truck)
+            if grows:
+                x, over, under = lag(dt, torque_lag_s)
+                response = (over - x * (1.0 / 6.0)) * under
+                torque_2 = torque + 2.0 * over * under * (command - torque) - response * command
+                x, over, under = lag(dt, filter_s)
+                filtered_2 = filtered + (x * (v - filtered) + over * (v_2 - v)) * under
+            else:
+                response = 0.0
+                torque_2 = torque + dt * per_lag * (command - torque)
+                filtered_2 = filtered + dt * f_rate
             output_2, demand_2, accelerator_2, braking_2, j_rate_2, f_rate_2 = control(
                 v_2,
                 desired_2,
                 static,
                 clamped(integral + dt * j_rate),
-                filtered + dt * f_rate,
+                filtered_2,
+                rise_2,
                 stands,
                 known,
                 d,
             )
-            net_2, t_rate_2, lowest, full, driving_2, aux_2, wheel_2, drag_2 = forces(
+            net_2, command_2, lowest, full, driving_2, aux_2, wheel_2, drag_2 = forces(
                 v_2,
-                torque + dt * t_rate,
+                torque_2,
+                response,
                 accelerator_2,
                 braking_2,
                 coupling,
@@ -234,6 +288,18 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                 here,
                 truck,
             )
+
+            a_2 = net_2 * inverse
+            if grows:
+                change = abs(a_2 - a_1)
+                if change > TOO_MUCH_MPS2 and dt > short_s:  # too long: it is taken back
+                    longest, holding, drag, w_last = short_s, hold, drag_1, w
+                    continue
+                longest = min(max(dt * AIM_MPS2 / (change + SMALLEST_MPS2), short_s), step_s)
+                if braking_2 > 0.0:
+                    longest = min(longest, brake_step_s)
+                if ramps:
+                    longest = min(longest, short_s)
 
             # a step ends where a switching function of driver, plan or gearbox crosses zero
             error_2 = desired_2 - v_2
@@ -249,19 +315,22 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
             )
             low = v * per_m < down_w + down_pedal * accelerator
             part = rise_cut(
-                gear_function(v, accelerator, closed, free_w, low, gear),
-                gear_function(v_2, accelerator_2, closed, free_w, low, gear),
+                gear_function(v, accelerator, closed, free_w, low, gathers, gear),
+                gear_function(v_2, accelerator_2, closed, free_w, low, gathers, gear),
                 part,
             )
-            if rises:
-                part = rise_cut(max(to_lead, to_plan), max(to_lead_2, to_plan_2), part)
-            else:
-                part = rise_cut(to_lead, to_lead_2, part)
+            ahead, ahead_2 = (
+                (max(to_lead, to_plan), max(to_lead_2, to_plan_2)) if rises else (to_lead, to_lead_2)
+            )
+            crest_2 = coasting_function(v_2, braking_way, target, known[5], deceleration)
+            part = rise_cut(max(ahead, crest), max(ahead_2, crest_2), part)
 
             jumps = part < 1.0
+            if grows and jumps:
+                longest = AFTER_JUMP * step_s
             second = 0.5 * part
             dt *= part
-            a = a_1 + second * (net_2 * inverse - a_1)
+            a = a_1 + second * (a_2 - a_1)
             if v <= 0.0:
                 a = max(a, 0.0)
             square = v * v + 2.0 * a * left
@@ -282,19 +351,31 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
             w_new = v_new * per_m if closed else free_w
             mean_torque = driving_1 + aux_1 + second * (driving_2 + aux_2 - driving_1 - aux_1)
             fuel_kg += fuel_rate(0.5 * (w + w_new), mean_torque) * fuel_factor * dt
-            wheel_end = wheel_1 + part * (wheel_2 - wheel_1)
-            pushed = max(wheel_1, 0.0) + max(wheel_end, 0.0)
-            wheel_j += 0.5 * pushed * pushed / (abs(wheel_1) + abs(wheel_end) + 1e-9) * dx
+            # what speeds up the engine does not come through the hubs
+            hub = wheel_1 - turning * a_1 if engaged else wheel_1
+            hub_2 = wheel_2 - turning * a_2 if engaged else wheel_2
+            hub_end = hub + part * (hub_2 - hub)
+            pushed = max(hub, 0.0) + max(hub_end, 0.0)
+            wheel_j += 0.5 * pushed * pushed / (abs(hub) + abs(hub_end) + 1e-9) * dx
             time += dt
             way += dx
 
-            torque += dt * (t_rate + second * (t_rate_2 - t_rate))
+            if grows:
+                x, over, under = lag(dt, torque_lag_s)
+                torque += (x * (command - torque) + over * part * (command_2 - command)) * under
+                x, over, under = lag(dt, filter_s)
+                filtered += (x * (v - filtered) + over * (v_new - v)) * under
+            else:
+                t_rate = (command - torque) * per_lag
+                torque += dt * (t_rate + second * ((command_2 - torque_2) * per_lag - t_rate))
+                filtered += dt * (f_rate + second * (f_rate_2 - f_rate))
             torque = min(max(torque, lowest), full) if engaged else 0.0
             if has_integral:
                 # behind a ramp it begins with the pedal that keeps the speed
-                after = known[0] if ramps else integral + dt * (j_rate + second * (j_rate_2 - j_rate))
+                after = (
+                    known[0] if ramps or coasts else integral + dt * (j_rate + second * (j_rate_2 - j_rate))
+                )
                 integral = clamped(after)
-            filtered += dt * (f_rate + second * (f_rate_2 - f_rate))
             holding = hold
             mean_drag = drag_1 + second * (drag_2 - drag_1)
             drag = drag_1 + part * (drag_2 - drag_1)
@@ -304,8 +385,8 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
             up_left = max(up_left - dt, 0.0)
             down_left = max(down_left - dt, 0.0)
             kick_left = max(kick_left - dt, 0.0) if accelerator_2 > kick_pedal else kick_s
-            risen = (desired + rise * dt) ** 2
-            desired, _, to_ramp, _ = desired_speed(left, limit, backward, risen, deceleration)
+            risen = ceiling_after(desired, dt, truck)
+            desired, _, to_ramp, _, _ = desired_speed(left, limit, backward, risen, deceleration)
             ceiling = desired * desired
 
             if left + to_stop <= (creep_m if v < creep_v else capture_m):
@@ -315,16 +396,19 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                 fuel_kg += idle_rate(auxiliary_w) * fuel_factor * rows[line, DWELL]
                 served = True
                 backward = to_stop = FAR
+                target = 0.0
                 v = torque = integral = filtered = ceiling = drag = 0.0
                 shift_left = up_left = down_left = 0.0
-                holding = False
+                holding = rolling = False
                 kick_left, w_last = kick_s, idle_w
                 gear = start_gear(grade)
+                if grows:
+                    longest = short_s
             elif shift_left <= 0.0 and (up_left <= 0.0 or down_left <= 0.0):
                 may_up = up_left <= 0.0 and braking_2 <= 0.0 and not near_ramp(to_ramp, v, deceleration)
                 kick, may_down, asked = kick_left <= 0.0, down_left <= 0.0, mean_drag + here[0]
                 wanted = wanted_gear(
-                    gear, v, accelerator_2, a < 0.0, kick, closed, may_up, may_down, asked, open_mass
+                    gear, v, accelerator_2, a < 0.0, gathers, kick, closed, may_up, may_down, asked, open_mass
                 )
                 if wanted != gear:
                     up_left, down_left = (
@@ -332,17 +416,18 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                     )
                     gear = wanted
                     shift_left, kick_left = shift_s, shift_s + kick_s
+                    if grows:
+                        longest = short_s
         return np.nan, way, np.nan, np.nan, steps
 
     @jit
     def euler(rows: Array, p: Array, step_s: float) -> tuple:
         truck, d = truck_of(p), driver(p[PROPORTIONAL], p[INTEGRAL], p[DERIVATIVE], p[THRESHOLD])
-        mass, open_mass, auxiliary_w, deceleration, rise = (
+        mass, open_mass, auxiliary_w, deceleration = (
             p[MASS],
             p[MASS] + wheel_mass,
             p[AUXILIARY],
             p[DECELERATION],
-            p[ACCELERATION],
         )
         fuel_factor, has_integral, slips_from = p[FUEL_FACTOR], p[INTEGRAL] > 0.0, p[SLIPS_FROM]
         last = rows.shape[0] - 1
@@ -351,12 +436,12 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
         interval_n, opposite_n = round(interval_s / step_s), round(opposite_s / step_s)
         way = wheel_j = fuel_kg = 0.0
         row, served, steps = -1, False, 0
-        left = limit = static = grade = 0.0
+        left = limit = static = grade = target = 0.0
         backward = to_stop = FAR
         here = (0.0, 0.0, 0.0, 0.0, 0.0)
         v = torque = integral = filtered = held = ceiling = drag = 0.0
         shift_left = up_left = down_left = 0
-        holding = False
+        holding = rolling = False
         kick_left, w_last = kick_n, idle_w
         gear = start_gear(rows[0, GRADE])
         while steps < MOST_STEPS:
@@ -369,36 +454,39 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                 r = rows[row]
                 left += r[LENGTH]
                 limit, static, grade = r[LIMIT], r[STATIC], r[GRADE]
+                target = coasting_target(r[DWELL], served)
                 backward, to_stop = (FAR, FAR) if served else (r[BACKWARD], r[TO_STOP])
                 here = (mass * (r[ROLLING] + grade), r[HALF_DENSITY], r[HEAD_WIND], r[CROSS_WIND], r[GRIP])
             steps += 1
             per_m, loss, launches = per_m_of[gear], loss_of[gear], launches_of[gear]
-            desired, to_lead, _, to_plan = desired_speed(left, limit, backward, ceiling, deceleration)
+            wish = desired_speed(left, limit, backward, ceiling, deceleration)
+            desired = wish[0]
             known = forecast(v, cell(w_last), per_m, loss, launches, drag, here[0], truck)
-            stands = stance(desired - v, v, to_lead, to_plan, holding, held, known[0], d)
-            ramps, _, holding, held = stands
+            stands = stance(v, wish, static, target, holding, held, rolling, known, deceleration, d)
+            ramps, _, holding, held, gathers, coasts, rolling, _ = stands
             _, _, accelerator, braking, j_rate, f_rate = control(
-                v, desired, static, integral, filtered, stands, known, d
+                v, desired, static, integral, filtered, known[7], stands, known, d
             )
-            coupling = couple(v, per_m, launches, accelerator > slips_from, shift_left > 0)
+            coupling = couple(v, per_m, launches, accelerator > slips_from, shift_left > 0, rolling)
             closed, engaged, free_w = coupling
-            net, t_rate, lowest, full, driving, auxiliary, wheel, drag = forces(
-                v, torque, accelerator, braking, coupling, per_m, loss, known[3], here, truck
+            net, command, lowest, full, driving, auxiliary, wheel, drag = forces(
+                v, torque, 0.0, accelerator, braking, coupling, per_m, loss, known[3], here, truck
             )
             w_last = v * per_m if closed else free_w
             fuel_kg += fuel_rate(w_last, driving + auxiliary) * fuel_factor * step_s
-            v_new = max(
-                v + net / (open_mass + inertia * per_m * per_m if closed else open_mass) * step_s, 0.0
-            )
+            turning = inertia * per_m * per_m if closed else 0.0
+            a = net / (open_mass + turning)
+            v_new = max(v + a * step_s, 0.0)
             slowing = v_new < v
             v = v_new
             dx = v * step_s
-            wheel_j += max(wheel, 0.0) * dx
+            wheel_j += max(wheel - turning * a if engaged else wheel, 0.0) * dx
             way += dx
             left -= dx
-            torque = min(max(torque + step_s * t_rate, lowest), full) if engaged else 0.0
+            torque += step_s * (command - torque) * per_lag
+            torque = min(max(torque, lowest), full) if engaged else 0.0
             if has_integral:
-                integral = clamped(known[0] if ramps else integral + step_s * j_rate)
+                integral = clamped(known[0] if ramps or coasts else integral + step_s * j_rate)
             filtered += step_s * f_rate
             shift_left, up_left, down_left = (
                 max(shift_left - 1, 0),
@@ -406,8 +494,8 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                 max(down_left - 1, 0),
             )
             kick_left = max(kick_left - 1, 0) if accelerator > kick_pedal else kick_n
-            risen = (desired + rise * step_s) ** 2
-            desired, _, to_ramp, _ = desired_speed(max(left, 0.0), limit, backward, risen, deceleration)
+            risen = ceiling_after(desired, step_s, truck)
+            desired, _, to_ramp, _, _ = desired_speed(max(left, 0.0), limit, backward, risen, deceleration)
             ceiling = desired * desired
 
             if left + to_stop <= (creep_m if v < creep_v else capture_m):
@@ -417,16 +505,17 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                 fuel_kg += idle_rate(auxiliary_w) * fuel_factor * rows[line, DWELL]
                 served = True
                 backward = to_stop = FAR
+                target = 0.0
                 v = torque = integral = filtered = ceiling = drag = 0.0
                 shift_left = up_left = down_left = 0
-                holding = False
+                holding = rolling = False
                 kick_left, w_last = kick_n, idle_w
                 gear = start_gear(grade)
             elif shift_left <= 0 and (up_left <= 0 or down_left <= 0):
                 may_up = up_left <= 0 and braking <= 0.0 and not near_ramp(to_ramp, v, deceleration)
                 kick, may_down, asked = kick_left <= 0, down_left <= 0, drag + here[0]
                 wanted = wanted_gear(
-                    gear, v, accelerator, slowing, kick, closed, may_up, may_down, asked, open_mass
+                    gear, v, accelerator, slowing, gathers, kick, closed, may_up, may_down, asked, open_mass
                 )
                 if wanted != gear:
                     up_left, down_left = (
@@ -436,4 +525,4 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                     shift_left, kick_left = shift_n, shift_n + kick_n
         return np.nan, way, np.nan, np.nan, steps
 
-    return heun, euler
+    return euler if method == "euler" else heun

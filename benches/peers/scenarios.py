@@ -28,12 +28,13 @@ TRUCK = (
     "derivative",
     "threshold_mps",
     "deceleration_mps2",
-    "acceleration_mps2",
-    "peak_acceleration_mps2",
+    "rise_from_rest",
+    "rise_per_mps",
+    "peak_ratio",
     "slips_from",
 )
 MASS, DRIVEN_MASS, DRAG_AREA, AUXILIARY, FUEL_FACTOR, PROPORTIONAL, INTEGRAL = range(7)
-DERIVATIVE, THRESHOLD, DECELERATION, ACCELERATION, PEAK_ACCELERATION, SLIPS_FROM = range(7, 13)
+DERIVATIVE, THRESHOLD, DECELERATION, FROM_REST, PER_MPS, PEAK_RATIO, SLIPS_FROM = range(7, 14)
 
 # cells of the look-up tables of speed (0.25 rad/s) and torque (4 Nm)
 CELLS = 1024
