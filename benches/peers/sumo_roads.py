@@ -110,7 +110,7 @@ class Roads:
             carFollowModel="EIDM",
             length="16.5",
             maxSpeed="24.7",
-            accel=f"{truck['acceleration_mps2']:.4f}",
+            accel=f"{1.0 / truck['rise_from_rest']:.4f}",
             decel=f"{truck['deceleration_mps2']:.4f}",
             speedFactor="1",
             emissionClass="Energy/unknown",
