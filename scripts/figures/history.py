@@ -9,7 +9,6 @@ LEVELS = {
     "instructions_neon": ("NEON", GREEN),
     "instructions_avx2": ("AVX2", BLUE),
 }
-GOAL_NS = 35
 
 
 def label_of(row):
@@ -40,8 +39,6 @@ def speed_history():
         right.annotate(
             f"{time_ns:.0f}", (place, time_ns), xytext=(7, 0), textcoords="offset points", va="center"
         )
-    right.axhline(GOAL_NS, color=GREY, linewidth=1.0, linestyle="--")
-    right.annotate("goal", (0, GOAL_NS), xytext=(0, 3), textcoords="offset points", color=GREY, fontsize=8)
     right.set_xticks(range(len(timed)), labels=[label_of(row) for row in timed], rotation=60, fontsize=7.5)
     right.set(ylabel="ns for a simulated second", xlim=(-0.5, len(timed) - 0.3), ylim=(0, None))
     return drawn

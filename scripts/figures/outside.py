@@ -61,7 +61,7 @@ def peers():
             or "FASTSim" in name
             or ("SUMO" in name and first_number(step) == 1.0)
         ):
-            shown.append((f"{name.replace(', cut Heun steps', '').replace(', energy model', '')}", time))
+            shown.append((name.replace(", energy model", ""), time))
     drawn, ax = figure(height=3.9)
     places = np.arange(len(shown))[::-1]
     for place, (name, time) in zip(places, shown, strict=True):
@@ -70,11 +70,11 @@ def peers():
         colour = BLUE if name.startswith("ocmc") else GREY
         ax.hlines(place, low, high, color=colour, linewidth=2.4)
         ax.plot(middle, place, "o", color=colour, markersize=7)
-        ax.annotate(f"{middle:,.0f} ns", (1.22 * middle, place), va="center", fontsize=8.5)
+        ax.annotate(f"{middle:,.0f} ns", (1.22 * max(middle, 0.95 * high), place), va="center", fontsize=8.5)
     ax.set_yticks(places, labels=[name for name, _ in shown])
     ax.set(
         xscale="log",
-        xlim=(10, 20_000),
+        xlim=(10, 30_000),
         xlabel="CPU time for each simulated second, ns, one core; logarithmic",
     )
     ax.set_xticks([10, 100, 1000, 10_000], labels=["10", "100", "1,000", "10,000"])
