@@ -273,7 +273,10 @@ mod tests {
         let (study, model) = fitted_study("field-truck", "mine", BY, &json).unwrap();
         assert_eq!(model.driver.curve_speed.exponent, 0.12345679);
         assert_eq!(model.study.name, "mine");
-        assert!(study.starts_with("# a note\n\n[study]\nbase = \"field-truck\""), "{study}");
+        let head = "# Written by `ocmc fit something` from 203 rows of `curves.csv`.\n\n[study]\n\
+                    base = \"field-truck\"";
+        assert!(study.starts_with(head), "{study}");
+        assert!(study.contains("[judged.fitted]\n\"fit something\" = \"203 rows"), "{study}");
         json["driver"]["curve_speed"]["exponent"] = (-7.0).into();
         let error = fitted_study("field-truck", "mine", BY, &json).unwrap_err();
         assert!(error.to_string().contains("exponent"), "{error}");

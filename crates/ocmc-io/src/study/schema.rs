@@ -26,16 +26,11 @@ pub fn schema() -> Value {
         "type": "object",
         "description": "Between which values judged numbers plausibly lie; those of an entry move \
             together.",
-        "properties": {
-            "effects_of": {
-                "type": "string",
-                "description": "The built-in study or vehicle whose stored effects hold."
-            }
-        },
         "additionalProperties": {
-            "type": "object",
+            "type": ["object", "string"],
             "description": "A reason, and for each key one end of its range, what was judged, and \
-                the other end.",
+                the other end. As `effects_of` the built-in study or vehicle whose stored effects \
+                hold.",
             "additionalProperties": { "type": ["string", "array"] }
         }
     });
