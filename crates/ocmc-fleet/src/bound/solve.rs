@@ -28,8 +28,8 @@ pub(super) struct Stage {
 pub(super) const FROM_NOTHING: [Stage; 5] = [
     Stage { spacing: 8.0, reach: 0.0, gears: 0, beyond: 1.1 },
     Stage { spacing: 4.0, reach: 3.0, gears: 2, beyond: 1.05 },
-    Stage { spacing: 2.0, reach: 3.0, gears: 1, beyond: 1.02 },
-    Stage { spacing: 1.0, reach: 3.0, gears: 1, beyond: 1.0 },
+    Stage { spacing: 2.0, reach: 3.0, gears: 2, beyond: 1.02 },
+    Stage { spacing: 1.0, reach: 3.0, gears: 2, beyond: 1.0 },
     Stage { spacing: 1.0, reach: 2.0, gears: 1, beyond: 1.0 },
 ];
 /// The same where much is known already.
