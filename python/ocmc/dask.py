@@ -120,8 +120,9 @@ def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
     trips = study.to_dict().get("fleet", {}).get("trips_per_truck", 1)
     shard_cycles = -(-shard_cycles // trips) * trips
     begin = time.monotonic()
-    # a task, not a value: what is lost with a worker is made again
-    model = client.submit(Study, study.to_dict(), pure=False)
+    # a task, not a value: what is lost with a worker is made again; with the ranges of judged numbers
+    make, arguments = study.__reduce__()
+    model = client.submit(make, *arguments, pure=False)
     ranges = [
         (first, min(shard_cycles, first_cycle + cycles - first))
         for first in range(first_cycle, first_cycle + cycles, shard_cycles)

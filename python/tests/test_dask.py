@@ -1,6 +1,5 @@
 """Runs on a Dask cluster: the same records, whatever happens to the workers."""
 
-import json
 import os
 import signal
 import threading
@@ -59,17 +58,11 @@ def test_a_cluster_gives_the_records_of_one_run(study, whole, client, tmp_path):
     assert pa.table(run.records).combine_chunks().equals(pa.table(whole.records).combine_chunks())
     whole.save(tmp_path / "whole")
     run.save(tmp_path / "cluster")
-    records = [(tmp_path / run / "records.parquet").read_bytes() for run in ["whole", "cluster"]]
-    assert records[0] == records[1]
-    # a study travels as its numbers; which of them are judged stays with its file
-    manifests = [json.loads((tmp_path / run / "manifest.json").read_text()) for run in ["whole", "cluster"]]
-    for manifest in manifests:
-        assert {"judged", "manifest_sha256"} <= manifest.keys()
-        del manifest["judged"], manifest["manifest_sha256"]
-    assert manifests[0] == manifests[1]
+    for name in ["records.parquet", "manifest.json"]:
+        assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "cluster" / name).read_bytes(), name
     summary, expected = run.summary(), whole.summary()
     assert summary["threads"] == 4
-    for key in ["wall_s", "threads", "ended_at", "judged"]:
+    for key in ["wall_s", "threads", "ended_at"]:
         summary.pop(key, None)
         del expected[key]
     assert summary == expected

@@ -7,7 +7,7 @@ use crate::operating_cycle::PyOperatingCycle;
 use crate::plan::{cycle_id_of, number_of_cycles, plan_of, seed_of, threads_of, with_trips};
 use crate::progress::watched;
 use crate::run::{PyRun, load, run};
-use crate::study::{PyStudy, attribute, of_source, setting};
+use crate::study::{PyStudy, attribute, dictionary, of_source, setting};
 use crate::table::Table;
 use crate::value::{one_of, one_or_more, whole_number};
 use ocmc_api::study::{self, Files};
@@ -83,9 +83,8 @@ impl PyStudy {
     /// >>> study = ocmc.Study("field-truck")
     /// >>> ocmc.Study(study.to_dict()) == study
     /// True
-    pub(crate) fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dictionary = py.import("tomllib")?.call_method1("loads", (self.to_toml(),))?;
-        Ok(dictionary.cast_into()?)
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        dictionary(py, &self.to_toml())
     }
 
     /// The resolved study as the text of a study file.
@@ -954,7 +953,7 @@ impl PyStudy {
 
     /// A table of the study, with its values as attributes.
     fn __getattr__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        attribute(slf, name)
+        attribute(slf.py(), || slf.get().to_dict(slf.py()), name)
     }
 
     fn __dir__(slf: &Bound<Self>) -> PyResult<Vec<String>> {
@@ -992,7 +991,9 @@ impl PyStudy {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Pickled<'py>> {
         let allow_files = *slf.get().loaded.files() != Files::Refused;
-        Ok((slf.get_type(), (slf.get().to_dict(slf.py())?, allow_files)))
+        let ranged = toml::to_string(&slf.get().loaded.with_ranges());
+        let ranged = ranged.expect("a study is tables, lists, numbers and words");
+        Ok((slf.get_type(), (dictionary(slf.py(), &ranged)?, allow_files)))
     }
 }
 

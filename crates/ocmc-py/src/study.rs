@@ -1,4 +1,4 @@
-//! `ocmc.Study`: the class; [`crate::question`] has what is asked of it.
+//! `ocmc.Study`: the class, and from what it is made.
 
 use crate::answer::warn;
 use crate::error::study_error;
@@ -79,8 +79,17 @@ pub(crate) fn of_source(source: &Bound<PyAny>, allow_files: bool) -> PyResult<Py
     PyStudy::new(loaded)
 }
 
-/// A table of a study, with its values as attributes.
-pub(crate) fn attribute<'py>(slf: &Bound<'py, PyStudy>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+/// The dictionary of a study's text.
+pub(crate) fn dictionary<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
+    Ok(py.import("tomllib")?.call_method1("loads", (text,))?.cast_into()?)
+}
+
+/// A table of a study's dictionary, with its values as attributes.
+pub(crate) fn attribute<'py>(
+    py: Python<'py>,
+    content: impl FnOnce() -> PyResult<Bound<'py, PyDict>>,
+    name: &str,
+) -> PyResult<Bound<'py, PyAny>> {
     let missing = || {
         let text = format!("a study has no {name:?}; dir() lists what it has");
         PyAttributeError::new_err(text)
@@ -88,12 +97,11 @@ pub(crate) fn attribute<'py>(slf: &Bound<'py, PyStudy>, name: &str) -> PyResult<
     if name.starts_with('_') {
         return Err(missing());
     }
-    let content = slf.get().to_dict(slf.py())?;
-    let table = content.get_item(name)?.ok_or_else(missing)?;
-    slf.py().import("ocmc._section")?.call_method1("section", (table, name))
+    let table = content()?.get_item(name)?.ok_or_else(missing)?;
+    py.import("ocmc._section")?.call_method1("section", (table, name))
 }
 
-/// What sets a key of a study to a value.
+/// The setting of a key of a study to a value.
 pub(crate) fn setting(path: &str, value: &Bound<PyAny>) -> PyResult<String> {
     let value = toml::Value::try_from(study_value(value, path)?)
         .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;

@@ -215,9 +215,7 @@ fn judged(run: &RunSummary) -> String {
             let half = two_digits(factor * plus_minus);
             let start = format!("{about}± {half} from judged numbers (");
             let room = WIDTH - start.chars().count() - SEE.len();
-            let shares = stored.largest.iter().map(|NumbersShare { name, share }| {
-                format!("{} {:.0} %", name.replace('_', " "), 100.0 * share)
-            });
+            let shares = stored.largest.iter().map(NumbersShare::words);
             format!("{start}{}{SEE}\n", as_many(&shares.collect::<Vec<_>>(), room))
         }
         _ if judged.doubt.entries == 0 => {

@@ -6,6 +6,7 @@ use super::tables::{self, cells, repeated};
 use super::{FOOT, STYLE, folded, page_head};
 use crate::label::label;
 use crate::number_text::decimals;
+use crate::study::share_words;
 use std::fmt::Write;
 
 /// Bars of the picture.
@@ -58,12 +59,8 @@ pub fn doubt_html(page: &DoubtPage) -> String {
         None => page.study.to_owned(),
         Some(other) => format!("{other} less {}", page.study),
     };
-    let names: Vec<String> = page
-        .bars
-        .iter()
-        .take(NAMED)
-        .map(|bar| format!("{} {:.0} %", bar.name.replace('_', " "), 100.0 * bar.share))
-        .collect();
+    let names: Vec<String> =
+        page.bars.iter().take(NAMED).map(|bar| share_words(bar.name, bar.share)).collect();
     let mean = page.mean.map_or("–".to_owned(), |mean| format!("{:.digits$}", factor * mean));
     let said = format!(
         "{mean} ± {:.digits$} {unit} hang on numbers that are judged: {}.",

@@ -49,10 +49,7 @@ fn of_judged(judged: &JudgedMean) -> String {
         };
         return format!("from judged numbers, not known: {why}");
     };
-    let shares = stored.largest.iter().take(LARGEST_JUDGED);
-    let shares = shares.map(|NumbersShare { name, share }| {
-        format!("{} {:.0} %", name.replace('_', " "), 100.0 * share)
-    });
+    let shares = stored.largest.iter().take(LARGEST_JUDGED).map(NumbersShare::words);
     let about = if stored.is_same { "" } else { ", about" };
     format!(
         "from judged numbers{about} ({}, ...): ocmc doubt",

@@ -12,7 +12,7 @@ use super::source::SourceKind;
 use super::{LoadedStudy, finish};
 use ocmc_core::study::tree::Step;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// Judged numbers that move together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -96,7 +96,36 @@ impl LoadedStudy {
         }
         finish(own, self.files.clone(), &[] as &[&str], self.origin.clone())
     }
+
+    /// The resolved study with its ranges of judged numbers, as a dictionary that loads to both.
+    pub fn with_ranges(&self) -> Value {
+        let mut study = self.model.to_tree();
+        let of_vehicle =
+            |numbers: &&JudgedNumbers| numbers.keys.iter().all(|key| key.path.starts_with(VEHICLE));
+        let (vehicle, own): (Vec<_>, Vec<_>) = self.judged().iter().partition(of_vehicle);
+        study[TABLE] = tables(&own, "", self.judged.study.as_deref());
+        study["vehicle"][TABLE] = tables(&vehicle, VEHICLE, self.judged.vehicle.as_deref());
+        study
+    }
 }
+
+/// The tables of entries, their paths without what stands before them.
+fn tables(entries: &[&JudgedNumbers], before: &str, effects_of: Option<&str>) -> Value {
+    let entry = |numbers: &&JudgedNumbers| {
+        let range = |key: &JudgedKey| {
+            let path = key.path.strip_prefix(before).unwrap_or(&key.path);
+            (path.to_owned(), json!([key.low, key.judged, key.high]))
+        };
+        let reason = ("reason".to_owned(), Value::from(numbers.reason.as_str()));
+        let table = numbers.keys.iter().map(range).chain([reason]);
+        (numbers.name.clone(), Value::Object(table.collect()))
+    };
+    let effects_of = effects_of.map(|of| (EFFECTS_OF.to_owned(), Value::from(of)));
+    Value::Object(entries.iter().map(entry).chain(effects_of).collect())
+}
+
+/// Before the paths of a vehicle's keys.
+const VEHICLE: &str = "vehicle.";
 
 /// A number that was judged, and that another one has replaced.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -134,7 +163,7 @@ pub(super) fn take(tree: &mut Node) -> Result<Judged, Box<Fault>> {
     let (numbers, replaced) = (Vec::new(), Vec::new());
     let mut judged = Judged { numbers, replaced, study: None, vehicle: None };
     let fits = of_study.as_ref().and_then(|tables| tables.get(FITTED)).cloned();
-    for (tables, before) in [(of_study, ""), (of_vehicle, "vehicle.")] {
+    for (tables, before) in [(of_study, ""), (of_vehicle, VEHICLE)] {
         let Some(tables) = tables else { continue };
         let Content::Table(tables) = &tables.content else { return Err(wrong(&tables, TABLE)) };
         for (name, entry) in tables {
@@ -248,7 +277,7 @@ fn same(a: &Value, b: &Value) -> bool {
 mod tests {
     use super::End;
     use crate::study::builtin::STUDIES;
-    use crate::study::{load, load_text};
+    use crate::study::{LoadedStudy, load, load_json, load_text};
 
     const NO_SETS: &[&str] = &[];
 
@@ -262,6 +291,22 @@ mod tests {
                     assert!(moved.is_ok(), "{} {name} {end:?}: {}", study.name, moved.unwrap_err());
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_study_travels_with_its_ranges() {
+        for study in STUDIES {
+            let own = load(study.name, &["mission.length_m=4000"]).unwrap();
+            let again = load_json(&own.with_ranges(), NO_SETS).unwrap();
+            assert_eq!(again.model, own.model, "{}", study.name);
+            let sorted = |study: &LoadedStudy| {
+                let mut entries = study.judged().to_vec();
+                entries.sort_by(|a, b| (&a.name, &a.keys[0].path).cmp(&(&b.name, &b.keys[0].path)));
+                entries
+            };
+            assert_eq!(sorted(&again), sorted(&own), "{}", study.name);
+            assert_eq!(again.judged_doubt(), own.judged_doubt(), "{}", study.name);
         }
     }
 

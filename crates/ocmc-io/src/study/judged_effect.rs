@@ -51,6 +51,18 @@ pub struct NumbersShare {
     pub share: f64,
 }
 
+impl NumbersShare {
+    /// The entry and its share, in words.
+    pub fn words(&self) -> String {
+        share_words(&self.name, self.share)
+    }
+}
+
+/// An entry of judged numbers and its share, in words.
+pub(crate) fn share_words(name: &str, share: f64) -> String {
+    format!("{} {:.0} %", name.replace('_', " "), 100.0 * share)
+}
+
 /// A row of the stored effects.
 #[derive(Debug, Deserialize)]
 struct Stored {

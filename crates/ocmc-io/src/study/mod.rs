@@ -52,6 +52,7 @@ pub use fitted::{Estimate, FittedPart, fitted_study};
 pub use init::init_text;
 use judged::Judged;
 pub use judged::{End, JudgedKey, JudgedNumbers, ReplacedNumber};
+pub(crate) use judged_effect::share_words;
 pub use judged_effect::{JudgedDoubt, NumbersShare, StoredDoubt};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
