@@ -1,5 +1,6 @@
 """Runs on a Dask cluster: the same records, whatever happens to the workers."""
 
+import json
 import os
 import signal
 import threading
