@@ -285,7 +285,7 @@ impl Adjustment {
         Some([value - half_width, value + half_width])
     }
 
-    /// What each cycle adds to the error of an estimate of these influences, and the coefficients of
+    /// The part of each cycle in the error of an estimate of these influences, and the coefficients of
     /// the regression.
     fn weighted_errors(&self, influences: &[f64]) -> (Vec<f64>, DVector<f64>) {
         let beta = self.coefficients(influences);

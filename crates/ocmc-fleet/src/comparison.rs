@@ -89,7 +89,7 @@ pub struct AdjustedDifference {
 }
 
 impl AdjustedDifference {
-    /// That of the pairs of the same cycles in two studies under a seed. A cycle that is no pair
+    /// Adjusted difference of the pairs of the same cycles in two studies under a seed. A cycle that is no pair
     /// adds nothing, in either study.
     fn of(
         quantity: &NamedQuantity,
@@ -106,7 +106,7 @@ impl AdjustedDifference {
         Self::of_totals(studies, seed, &ids, &pairs)
     }
 
-    /// That of the ratios of two totals, which each of these cycles adds to in both studies; 0 and 0
+    /// Adjusted difference of the ratios of two totals, which each of these cycles adds to in both studies; 0 and 0
     /// where it does not count.
     pub(super) fn of_totals(
         studies: [&Study; 2],

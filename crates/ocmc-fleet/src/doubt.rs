@@ -1,8 +1,8 @@
-//! What a fleet's answer owes to numbers that nobody has measured: the same cycles are driven with a
+//! The effect of numbers that nobody has measured on a fleet's answer: the same cycles are driven with a
 //! number, or with several that belong together, at both ends of their plausible range.
 //!
 //! Of the fleet's mean R, and of the standard deviation s and the 95th percentile q over the cycles,
-//! the change at each end is told: over the n cycles that count on all sides, moved less unmoved.
+//! the change at each end is estimated: over the n cycles that count on all sides, moved less unmoved.
 //! Its standard error, of the sampling of cycles, is that of a sum of influences, paired as the
 //! cycles are and added up by batches of cycles that depend on one another:
 //!
@@ -41,7 +41,7 @@ const AROUND: f64 = 0.04;
 /// One fleet before and after numbers are moved, the same cycles in the same order.
 #[derive(Clone, Copy, Debug)]
 pub struct Moved<'a> {
-    /// What the change counts for: 1, or −1 in a difference.
+    /// Weight of the change: 1, or −1 in a difference.
     pub sign: f64,
     /// The records of the study as it is.
     pub before: &'a [Record],
@@ -58,14 +58,14 @@ pub struct Change {
     pub standard_error: Option<f64>,
 }
 
-/// What moved numbers change.
+/// Changes by moved numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Changes {
-    /// Of the fleet's mean.
+    /// Change of the fleet's mean.
     pub mean: Change,
-    /// Of the standard deviation over the cycles.
+    /// Change of the standard deviation over the cycles.
     pub sd: Change,
-    /// Of the 95th percentile over the cycles.
+    /// Change of the 95th percentile over the cycles.
     pub p95: Change,
     /// Cycles that count on all sides.
     pub cycles: u64,
@@ -83,7 +83,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// That of the cycles that count; none of fewer than two.
+    /// The shape of the cycles that count; none of fewer than two.
     pub fn of(quantity: &NamedQuantity, records: &[Record]) -> Option<Self> {
         let rows: Vec<Row> = records.iter().filter_map(|record| row(quantity, record)).collect();
         let ([mean, sd, p95], _) = shape(&rows)?;
@@ -106,7 +106,7 @@ impl Shape {
 }
 
 impl Changes {
-    /// Those of a fleet, or of the difference of several; none where fewer than two cycles count on
+    /// Changes of a fleet, or of the difference of several; none where fewer than two cycles count on
     /// all sides.
     pub fn of(quantity: &NamedQuantity, dependence: Dependence, fleets: &[Moved]) -> Option<Self> {
         let sides: Vec<(f64, Vec<Option<Row>>)> = fleets
@@ -233,7 +233,7 @@ mod tests {
         assert!(changes(&[]).is_none());
     }
 
-    /// A change, its truth, and the most that its variance is told times too large.
+    /// A change, its truth, and the largest factor by which its variance is overestimated.
     type Part = (fn(&Changes) -> Change, f64, f64);
 
     #[test]
@@ -256,15 +256,15 @@ mod tests {
             // SD after: √(3.3² + 1) = 3.448
             (|c| c.sd, 0.448, 1.25),
             // densities of few values are rough, and that of either side on its own: the error is
-            // told too large
+            // overestimated
             (|c| c.p95, 3.0 + 1.645 * 0.448, 2.0),
         ];
         for (change, truth, most) in of {
             let n = RUNS as f64;
             let mean = found.iter().map(|c| change(c).by).sum::<f64>() / n;
             let spread = found.iter().map(|c| (change(c).by - mean).powi(2)).sum::<f64>() / n;
-            let told = found.iter().map(|c| change(c).standard_error.unwrap().powi(2));
-            let ratio = told.sum::<f64>() / n / spread;
+            let estimated = found.iter().map(|c| change(c).standard_error.unwrap().powi(2));
+            let ratio = estimated.sum::<f64>() / n / spread;
             let error = (spread / n).sqrt();
             // percentiles of 200 values are biased
             assert!((mean - truth).abs() < 4.0 * error + 0.03, "{mean} {truth} {error}");

@@ -73,7 +73,7 @@ pub struct ComparedStudies {
     /// The difference.
     #[serde(flatten)]
     pub comparison: Comparison,
-    /// What the difference owes to judged numbers; none where no number is judged.
+    /// Effect of judged numbers on the difference; none where no number is judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub judged: Option<JudgedDifference>,
     /// The keys in which they differ, what differs most first.
@@ -152,7 +152,7 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, driven: cycles, wall_s, kept })
 }
 
-/// What each difference owes to judged numbers.
+/// The effect of judged numbers on each difference.
 fn judged(
     Compared { comparisons, fleets }: &Compared,
     asked: Option<&NamedQuantity>,
@@ -322,7 +322,7 @@ fn difference_lines(
     }
 }
 
-/// What the difference owes to judged numbers.
+/// The effect of judged numbers on the difference.
 fn judged_text(compared: &ComparedStudies) -> String {
     let (Some(judged), Some(_)) = (&compared.judged, compared.comparison.difference) else {
         return String::new();

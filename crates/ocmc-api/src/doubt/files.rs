@@ -14,7 +14,7 @@ use ocmc_io::study::commented;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What the files are made from.
+/// The studies and the plan that the files are made from.
 #[derive(Clone, Debug)]
 pub(crate) struct KeptStudies {
     pub(crate) plan: RunPlan,

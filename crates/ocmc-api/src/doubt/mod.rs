@@ -1,4 +1,4 @@
-//! What an answer owes to numbers that are judged: each is driven at both ends of its plausible
+//! The effect of judged numbers on an answer: each is driven at both ends of its plausible
 //! range, on the same cycles.
 
 mod files;
@@ -44,14 +44,14 @@ pub struct DoubtRequest<'a> {
     pub column: Option<String>,
 }
 
-/// What the answer owes to judged numbers.
+/// The effect of judged numbers on an answer.
 #[derive(Clone, Debug, Serialize)]
 pub struct DoubtAnswer {
-    /// What the study is called.
+    /// Name of the study.
     pub study: String,
     /// Hash of the resolved study.
     pub study_hash: String,
-    /// What the other one is called, and the hash of its resolved study.
+    /// Name of the other one, and the hash of its resolved study.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub against: Option<[String; 2]>,
     /// Master seed.
@@ -84,7 +84,7 @@ pub struct DoubtAnswer {
     pub(crate) kept: KeptStudies,
 }
 
-/// What judged numbers that move together do.
+/// Judged numbers that move together, and their effect.
 #[derive(Clone, Debug, Serialize)]
 pub struct DoubtedNumbers {
     /// Name of the entry.
@@ -325,7 +325,7 @@ impl Driver<'_> {
     }
 }
 
-/// What is asked of the records.
+/// The question that the records answer.
 struct Asked<'a> {
     quantity: &'a NamedQuantity<'a>,
     studies: &'a [&'a LoadedStudy],
@@ -340,7 +340,7 @@ impl Asked<'_> {
         all.reduce(Dependence::of_pairs).unwrap_or_default()
     }
 
-    /// What each study counts for.
+    /// Weight of each study.
     fn sign(&self, study: usize) -> f64 {
         if study + 1 == self.before.len() { 1.0 } else { -1.0 }
     }
@@ -390,7 +390,7 @@ impl Asked<'_> {
     }
 }
 
-/// What the difference of two studies owes to the judged numbers that matter most in either.
+/// The effect on a difference of the judged numbers that matter most in either study.
 #[derive(Clone, Debug, Serialize)]
 pub struct JudgedDifference {
     /// Root of the sum of squares of their effects on the difference: no confidence interval. None

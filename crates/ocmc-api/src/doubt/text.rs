@@ -34,7 +34,7 @@ pub(super) fn doubt_text(answer: &DoubtAnswer) -> String {
         let [mean, sd, p95] = [is.mean, is.sd, is.p95].map(print);
         let _ = writeln!(text, "\n{unit}{what}: mean {mean}, SD {sd}, P95 {p95}.");
     }
-    // what is not told apart from chance is no zero
+    // what is within chance is no zero
     let known = |value: f64| if value > 0.0 { plain(value) } else { "unknown".to_owned() };
     let [mean, sd, p95] = [all.mean, all.sd, all.p95].map(known);
     let _ = writeln!(

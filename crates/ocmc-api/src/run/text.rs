@@ -203,7 +203,7 @@ fn adjusted(summary: &Summary) -> String {
     summary.consumption().and_then(line).unwrap_or_default()
 }
 
-/// What the mean owes to numbers that are judged.
+/// The effect of judged numbers on the mean.
 fn judged(run: &RunSummary) -> String {
     let (Some(judged), Some(own)) = (&run.judged, run.summary.consumption()) else {
         return String::new();

@@ -17,9 +17,9 @@ const NAMED: usize = 3;
 /// An answer about judged numbers, as far as its page needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct DoubtPage<'a> {
-    /// What the study is called.
+    /// Name of the study.
     pub study: &'a str,
-    /// What the other one is called, of a difference.
+    /// Name of the other one, of a difference.
     pub against: Option<&'a str>,
     /// Name of the quantity.
     pub column: &'static str,
@@ -35,7 +35,7 @@ pub struct DoubtPage<'a> {
     pub command: &'a str,
 }
 
-/// What numbers of one entry do.
+/// Effect of the numbers of one entry.
 #[derive(Clone, Copy, Debug)]
 pub struct DoubtBar<'a> {
     /// Name of the entry.

@@ -35,7 +35,7 @@ pub(super) fn opening(run: &Reported, explaining: &[Explaining]) -> String {
     text
 }
 
-/// What the mean owes to judged numbers, in large print.
+/// The effect of judged numbers on the mean, in large print.
 fn half_of(judged: &JudgedMean, factor: f64) -> String {
     judged.plus_minus.map_or("± ?".to_owned(), |h| format!("± {}", two_digits(factor * h)))
 }

@@ -90,7 +90,7 @@ pub struct Manifest {
     /// number of cycles instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub precision: Option<Precision>,
-    /// What judged numbers do to the mean; absent where nothing is judged.
+    /// Effect of judged numbers on the mean; absent where nothing is judged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub judged: Option<JudgedDoubt>,
     /// The resolved study, in TOML: a study file that, with what is followed, repeats the run.

@@ -25,7 +25,7 @@ pub struct RunSummary {
     /// What the cycles add up to.
     #[serde(flatten)]
     pub summary: Summary,
-    /// What the mean owes to numbers that are judged; absent where none is.
+    /// Effect of judged numbers on the mean; absent where none is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub judged: Option<JudgedMean>,
     /// How well the answer is known, of a run that was to end at a precision.
@@ -42,7 +42,7 @@ pub struct RunSummary {
     pub threads: usize,
 }
 
-/// What a fleet's mean consumption owes to numbers that are judged.
+/// Effect of judged numbers on a fleet's mean consumption.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JudgedMean {
     /// Root of the sum of squares of the effects of their plausible ranges on the mean, in the unit

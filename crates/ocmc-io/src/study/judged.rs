@@ -141,11 +141,11 @@ pub struct ReplacedNumber {
 pub(super) const TABLE: &str = "judged";
 /// The built-in study, or vehicle, whose stored effects hold ([`super::judged_effect`]).
 const EFFECTS_OF: &str = "effects_of";
-/// What fits have written into a study file, and from what.
+/// Table of the fits that have written into a study file.
 pub(super) const FITTED: &str = "fitted";
 const ALLOWED: &str = "a `reason`, and for each key `[low, judged, high]`";
 
-/// What a study and its vehicle say of judged numbers.
+/// Judged numbers of a study and its vehicle.
 #[derive(Clone, Debug)]
 pub(super) struct Judged {
     pub(super) numbers: Vec<JudgedNumbers>,

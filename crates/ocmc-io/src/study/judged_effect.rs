@@ -1,4 +1,4 @@
-//! What the judged numbers of a study do to its fleet's mean consumption, without driving: the stored
+//! Effect of the judged numbers of a study on its mean consumption, without driving: the stored
 //! effects of the built-in study that it derives from, each a share of that study's mean.
 //!
 //! `configs/judged-effects.csv` has them, as `ocmc doubt` finds them. A study whose own numbers are
@@ -14,13 +14,13 @@ const STORED: &str = include_str!("../../../../configs/judged-effects.csv");
 /// Entries that are named.
 const NAMED: usize = 5;
 
-/// What judged numbers do to the mean.
+/// Effect of judged numbers on the mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedDoubt {
     /// Entries of numbers that are judged; 0 where the study says nothing of its numbers.
     pub entries: usize,
-    /// What they do; absent where it is not known.
+    /// Their effect; absent where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stored: Option<StoredDoubt>,
 }
@@ -41,7 +41,7 @@ pub struct StoredDoubt {
     pub largest: Vec<NumbersShare>,
 }
 
-/// What one entry has of the sum of squares.
+/// Share of one entry in the sum of squares.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NumbersShare {
@@ -81,7 +81,7 @@ fn stored() -> impl Iterator<Item = Stored> {
     reader.into_deserialize().map(|row| row.expect("a table of the program"))
 }
 
-/// What the judged numbers of a study with this hash do; none where all of them have been replaced.
+/// Effect of the judged numbers of a study with this hash; none where all of them have been replaced.
 /// Of a study that says nothing of its numbers nothing is known.
 pub(super) fn of(judged: &Judged, study_hash: &str, on_routes: bool) -> Option<JudgedDoubt> {
     let entries = judged.numbers.len();

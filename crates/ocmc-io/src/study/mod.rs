@@ -100,7 +100,7 @@ impl LoadedStudy {
         &self.judged.replaced
     }
 
-    /// What the judged numbers do to the mean consumption, as far as it is known without driving; none
+    /// Effect of the judged numbers on the mean consumption, as far as it is known without driving; none
     /// where all of them have been replaced.
     pub fn judged_doubt(&self) -> Option<JudgedDoubt> {
         let on_routes = !self.model.mission.routes.is_empty();
