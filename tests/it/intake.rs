@@ -94,11 +94,15 @@ fn routes_and_tracks() {
         ("c19_tunnel.csv", Refused("the value at 8000 m")),
         ("c19_zero_spike.csv", Refused("the value at 9975 m")),
         ("c11_route_thousand_points.csv", Refused("the road is 20 m long")),
-        ("c34_track.gpx", Refused("GPSBabel")),
-        ("c34_track.geojson", Refused("ogr2ogr")),
+        ("c34_track.gpx", Refused("no column for the speed limit")),
+        ("c34_track.geojson", Refused("no column for the speed limit")),
     ] {
         judged(&folder, &["drive"], file, &ROUTE, &right);
     }
+    let follow = ["--follow-speed", "exact", "--study", "field-truck-loaded", "--cycles", "2"];
+    judged(&folder, &["drive"], "c34_track.gpx", &follow, &Says("implied-speed"));
+    let fit = ["fit", "operating-cycle"];
+    judged(&folder, &fit, "c34_track.gpx", &["--road-type", "rural"], &Says("1 track, 300 points"));
 }
 
 /// Consumption of a file in the unit of a column.
@@ -141,7 +145,7 @@ fn times_of_logs() {
         ("c09_iso_z.csv.gz", Says("5 curves")),
         ("c09_local_autumn.csv.gz", Says("5 curves")),
         ("c10_units_row_suffix.csv", Says("5 curves")),
-        ("c11_semicolon_comma.csv.gz", Refused("decimal point")),
+        ("c11_semicolon_comma.csv.gz", Says("5 curves")),
     ] {
         judged(&folder, &["curves"], file, &[], &right);
     }

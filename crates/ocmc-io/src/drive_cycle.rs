@@ -11,6 +11,7 @@ use crate::intake::table::{Mapping, Quantity, Row, Source, Table, TableError};
 use crate::intake::{
     Extent, FileAccount, Finding, contradiction, jump, sampling, slope, unused_column,
 };
+use crate::log;
 use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_geometry::interpolate;
@@ -53,6 +54,10 @@ pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
         Ok(table) => {
             let time = table.column(Quantity::Time).is_some();
             let names = table.names();
+            // a track has places, and its times tell how fast they were passed
+            if table.is_export() && time {
+                return true;
+            }
             (ours || vecto) && !names.iter().any(distance) && (time || !names.iter().any(has_place))
         }
         // a cycle whose columns are unclear is one, and says so when it is read
@@ -77,6 +82,9 @@ pub fn read_with_account(
     mappings: &[Mapping],
 ) -> Result<(DriveCycle, FileAccount), TableError> {
     let table = Table::open(source, &DRIVE_CYCLE, mappings)?;
+    if table.is_export() && table.column(Quantity::Speed).is_none() {
+        return of_track(source, mappings);
+    }
     table.need(&[Quantity::Time, Quantity::Speed])?;
     let sloped = table.one_of(&[Quantity::Gradient, Quantity::Grade])?.is_some();
     refuse_bare_v(&table, mappings)?;
@@ -132,6 +140,44 @@ pub fn read_with_account(
     account.findings.push(finding);
     // a small file may last for years
     Ok((cycle.refined(STEP_S.max(cycle.duration_s() / MOST_STEPS)), account))
+}
+
+/// Reads a track whose places and times tell a speed; its altitudes tell the slope.
+fn of_track(source: Source, mappings: &[Mapping]) -> Result<(DriveCycle, FileAccount), TableError> {
+    let path = source.path();
+    let file = log::read(source, mappings, &log::roads::NEEDS)?;
+    let mut account = file.read;
+    let [drive] = file.drives.as_slice() else {
+        return Err(TableError::of(path, Fault::SeveralTracks));
+    };
+    let column = |quantity| drive.column(quantity).unwrap_or_default();
+    let [time_s, speed_mps, altitude_m] =
+        [Quantity::Time, Quantity::Speed, Quantity::Altitude].map(column);
+    let known = |k: &usize| time_s[*k].is_finite() && speed_mps[*k].is_finite();
+    let rows: Vec<usize> = (0..time_s.len()).filter(known).collect();
+    let of = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+    let start_s = rows.first().map_or(0.0, |row| time_s[*row]);
+    let at_s: Vec<f64> = of(time_s).iter().map(|time_s| time_s - start_s).collect();
+    let speed_mps = of(speed_mps);
+    let way_m = way_of(&at_s, &speed_mps);
+    let heights: Vec<(f64, f64)> = way_m
+        .iter()
+        .copied()
+        .zip(rows.iter().map(|k| altitude_m.get(*k).copied().unwrap_or(f64::NAN)))
+        .filter(|(_, altitude_m)| altitude_m.is_finite())
+        .collect();
+    let mut sine = vec![0.0; at_s.len()];
+    if heights.len() > 1 {
+        let (at_m, height_m): (Vec<f64>, Vec<f64>) = heights.into_iter().unzip();
+        let altitude_m: Vec<f64> =
+            way_m.iter().map(|way_m| interpolate(&at_m, &height_m, *way_m)).collect();
+        let spikes;
+        (sine, spikes) = slopes_of_altitudes(path, &way_m, &altitude_m)?;
+        account.findings.extend(spikes);
+    }
+    let cycle = DriveCycle::new(at_s, speed_mps, sine)
+        .map_err(|error| TableError::of(path, Fault::DriveCycle(error)))?;
+    Ok((cycle, account))
 }
 
 /// The time of a row, in s: a number, or a date, counted from the first one.

@@ -2,7 +2,8 @@
 //!
 //! - `.vdri`: a VECTO cycle (distance, target speed, gradient, stop), `vdri`
 //! - `.json` and tables with a column `track`: what `ocmc cycle` writes, `track_file`
-//! - any other table: a route by rows, with position or latitude and longitude, `route`
+//! - any other table, or a track (GPX, KML, GeoJSON): a route by rows, with position or latitude and
+//!   longitude, `route`
 
 mod account;
 mod route;
@@ -12,7 +13,7 @@ mod vdri;
 use crate::input_file;
 use crate::intake::table::error::Fault;
 use crate::intake::table::formats::{DRIVE_CYCLE, TRACKS};
-use crate::intake::table::source::{ending, is_table, read_text};
+use crate::intake::table::source::{ending, is_of_format, is_table, read_text};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, high_altitude, slope, unlike_a_road};
 use crate::sha256;
@@ -80,7 +81,7 @@ fn read_unjudged(
 ) -> Result<(GivenCycle, FileAccount), TableError> {
     match ending(path).as_str() {
         "vdri" => vdri::read(Source::File(path), mappings),
-        "json" => {
+        "json" if !is_of_format(path) => {
             let cycle = track_file::read_json(path, &read_text(path)?)?;
             let file = path.display().to_string();
             Ok((cycle, FileAccount { file, ..FileAccount::default() }))

@@ -22,11 +22,12 @@ use crate::intake::table::given::RowPlace;
 use crate::intake::table::unit::KMH;
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{
-    Extent, FileAccount, contradiction, jump, limit_unit, scatter, sparse_altitudes,
+    Extent, FileAccount, Finding, contradiction, jump, limit_unit, scatter, sparse_altitudes,
 };
+use crate::number_text::count_of;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError, PointNoise};
 use ocmc_core::operating_cycle::road::route_fillet::Rounding;
-use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d};
+use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d, interpolate};
 use ocmc_core::operating_cycle::road::route_noise::{
     LEAST_NOISE_M, MOST_NOISE_M, least_noise_of_altitudes_m, noise_of_altitudes, smooth_altitudes,
 };
@@ -79,6 +80,31 @@ impl Rows {
             Ok(())
         })?;
         Ok((rows, account))
+    }
+
+    /// Altitudes that a receiver lacks, straight between the rows that have one; none where no row
+    /// has.
+    fn fill_altitudes(&mut self) -> Option<Finding> {
+        let known: Vec<usize> =
+            (0..self.altitude_m.len()).filter(|k| self.altitude_m[*k].is_finite()).collect();
+        let missing = self.altitude_m.len() - known.len();
+        if missing == 0 {
+            return None;
+        }
+        let (at, values): (Vec<f64>, Vec<f64>) =
+            known.iter().map(|k| (*k as f64, self.altitude_m[*k])).unzip();
+        if known.is_empty() {
+            self.altitude_m.clear();
+            return None;
+        }
+        for (k, altitude_m) in self.altitude_m.iter_mut().enumerate() {
+            *altitude_m = interpolate(&at, &values, k as f64);
+        }
+        let text = format!(
+            "{} without altitude: straight between the others",
+            count_of(missing as u64, "point")
+        );
+        Some(Finding::mended("missing-altitudes", [missing as f64, 0.0], text))
     }
 
     /// The points on a plane, where they are given.
@@ -137,6 +163,9 @@ pub(super) fn read(
         [Quantity::Position, Quantity::Latitude, Quantity::Longitude];
     refuse_over_time(&table, &[position, latitude, longitude])?;
     table.refuse_others()?;
+    if table.is_export() && table.names().iter().any(|name| name == "drive") {
+        return Err(TableError::of(file, Fault::SeveralTracks));
+    }
     table.need_any("position", &[position, latitude, longitude])?;
     // one of the two tells no place
     if table.column(latitude).is_some() || table.column(longitude).is_some() {
@@ -145,6 +174,7 @@ pub(super) fn read(
     let quantities: Vec<Quantity> = table.columns().iter().map(|column| column.quantity).collect();
     let limit = table.column(Quantity::Limit);
     let (mut rows, mut account) = Rows::read(table)?;
+    account.findings.extend(rows.fill_altitudes());
     let mut path = rows.path();
     if let Some(track) = path.as_ref().filter(|_| rows.position_m.is_empty()) {
         let (x_m, y_m) = track.points_m();
@@ -414,8 +444,12 @@ mod tests {
                 "`r.csv`, line 3, column `speed_limit_kmh`: empty; allowed is a finite number",
             ),
             (
-                "position_m;speed_limit_kmh\n0;50\n300,5;50\n",
+                "position_m;speed_limit_kmh\n0.5;50\n300,5;50\n",
                 "column `position_m`: `300,5`; allowed is a finite number with a decimal point",
+            ),
+            (
+                "position_m;speed_limit_kmh\n0,5;50\n300.5;50\n",
+                "column `position_m`: `300.5`; allowed is a finite number with a decimal comma",
             ),
             ("time_s,speed_kmh\n0,0\n9,50\n", "is a speed over time: it has a column `time_s`"),
             (

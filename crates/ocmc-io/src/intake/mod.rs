@@ -12,6 +12,7 @@ pub mod curve;
 pub mod drift;
 pub mod epw;
 pub mod finding;
+pub(crate) mod format;
 pub mod fuel_map;
 pub mod high_altitude;
 pub mod jump;

@@ -77,7 +77,8 @@ pub(super) fn cells_left_out(file: &LogFile) -> Vec<Finding> {
 pub(super) fn how_numbers_are_written(column: &str, text: &str) -> &'static str {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     if has_decimal_comma(text) {
-        return "; numbers take a decimal point: write 0.5, not 0,5";
+        return "; numbers take a decimal point: write 0.5, not 0,5 (commas are read where all numbers have them \
+                and semicolons separate the cells)";
     }
     if column == "time" && text.parse::<f64>().is_ok() {
         return "; a time in numbers has its unit in the name, as in time_s: --map time_s=time";

@@ -4,9 +4,11 @@ mod account;
 pub mod curves;
 pub mod driven;
 pub mod identification;
+mod motion;
 mod noise;
 pub mod pedals;
 pub mod roads;
+mod trip_end;
 
 use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
@@ -26,7 +28,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What tells rows of different drives apart.
-const LABELS: [Quantity; 3] = [Quantity::Driver, Quantity::Drive, Quantity::Event];
+const LABELS: [Quantity; 4] = [Quantity::Truck, Quantity::Driver, Quantity::Drive, Quantity::Event];
 
 /// What tells a date.
 const CALENDAR: [Quantity; 2] = [Quantity::Date, Quantity::Day];
@@ -103,6 +105,29 @@ impl LoggedTrip {
         vec![finding]
     }
 
+    /// Makes the rate of the fuel from its counter, where that alone is there: the mean since the row
+    /// with the count before.
+    fn count_fuel(&mut self) {
+        let column = |quantity| self.column(quantity);
+        let (Some(time_s), Some(count_kg), None) =
+            (column(Quantity::Time), column(Quantity::FuelUsed), column(Quantity::FuelRate))
+        else {
+            return;
+        };
+        let mut rate_kgps = vec![f64::NAN; time_s.len()];
+        let mut before: Option<usize> = None;
+        for row in (0..time_s.len()).filter(|row| count_kg[*row].is_finite()) {
+            if let Some(before) = before {
+                let rate = (count_kg[row] - count_kg[before]) / (time_s[row] - time_s[before]);
+                // a counter that falls was set back, and tells nothing there
+                let rate = if rate >= 0.0 { rate } else { f64::NAN };
+                rate_kgps[before + 1..=row].fill(rate);
+            }
+            before = Some(row);
+        }
+        self.columns.insert(Quantity::FuelRate, rate_kgps.into());
+    }
+
     /// A name for what was driven, whatever the file is called: of time and speed alone.
     pub fn fingerprint(&self) -> String {
         let columns = [Quantity::Time, Quantity::Speed];
@@ -161,8 +186,10 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     let by_date = table.column(Quantity::Time).is_none();
     let days = || table.column(Quantity::Date).or_else(|| table.column(Quantity::Day));
     let date = days().filter(|_| by_date);
+    let is_implied = motion::is_implied(|quantity| table.column(quantity).is_some());
     for need in needs {
-        if !(date.is_some() && need.contains(&Quantity::Time)) {
+        let is_dated = date.is_some() && need.contains(&Quantity::Time);
+        if !(is_dated || is_implied && need.contains(&Quantity::Speed)) {
             table.need_any(need[0].noun(), need)?;
         }
     }
@@ -237,6 +264,29 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     file.read = account;
     file.drives = drives.finish(&numbers, &whole);
     file.read.findings.extend(account::cells_left_out(&file));
+    let is_labelled = labels[2].is_some();
+    let pause_s = Mapping::pause_s(mappings)?;
+    let mut trips = Vec::new();
+    for mut drive in std::mem::take(&mut file.drives) {
+        drive.count_fuel();
+        if is_labelled {
+            trips.push(drive);
+            continue;
+        }
+        let (parts, finding) = trip_end::split(drive, pause_s);
+        file.read.findings.extend(finding);
+        trips.extend(parts);
+    }
+    file.drives = trips;
+    let several = file.drives.len() > 1;
+    let told = |drive: &LoggedTrip, finding: Finding| {
+        let place = if several { format!("drive `{}`: ", drive.drive) } else { String::new() };
+        Finding { text: place + &finding.text, ..finding }
+    };
+    for drive in &mut file.drives {
+        let found = motion::complete(drive);
+        file.read.findings.extend(found.into_iter().map(|finding| told(drive, finding)));
+    }
     let spans = file
         .drives
         .iter()
@@ -247,13 +297,10 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     for need in needs {
         check_numbers(&file, need)?;
     }
-    let several = file.drives.len() > 1;
     for drive in &mut file.drives {
         let mut found = drive.stand();
         found.extend(contradiction::of_drive(&|quantity| drive.column(quantity)));
-        let place = if several { format!("drive `{}`: ", drive.drive) } else { String::new() };
-        let told = |finding: Finding| Finding { text: place.clone() + &finding.text, ..finding };
-        file.read.judged(&file.path, found.into_iter().map(told))?;
+        file.read.judged(&file.path, found.into_iter().map(|finding| told(drive, finding)))?;
     }
     Ok(file)
 }
@@ -286,7 +333,7 @@ fn sloped_steps(drive: &LoggedTrip) -> Vec<(f64, f64)> {
 }
 
 /// Whether all rows of a given table have the same labels.
-fn is_one_drive(table: &GivenTable, labels: [Option<Column>; 3]) -> bool {
+fn is_one_drive(table: &GivenTable, labels: [Option<Column>; 4]) -> bool {
     labels.into_iter().flatten().all(|column| {
         let words = table.words(column.place);
         words.is_ok_and(|words| {
@@ -333,7 +380,7 @@ fn check_numbers(file: &LogFile, need: Need) -> Result<(), TableError> {
 struct Trips {
     /// What stands for a label that is not there.
     name: String,
-    known: BTreeMap<[String; 3], usize>,
+    known: BTreeMap<[String; 4], usize>,
     found: Vec<LoggedTrip>,
     /// Values of each drive, in the order of their columns.
     values: Vec<Vec<Vec<f64>>>,
@@ -345,14 +392,15 @@ impl Trips {
         Self { name: stem(path), known: BTreeMap::new(), found: Vec::new(), values: Vec::new() }
     }
 
-    /// Place of the drive with these labels (driver, drive, event), which has so many columns.
-    fn place(&mut self, labels: [String; 3], columns: usize) -> usize {
+    /// Place of the drive with these labels (truck, driver, drive, event), which has so many columns.
+    fn place(&mut self, labels: [String; 4], columns: usize) -> usize {
         *self.known.entry(labels).or_insert_with_key(|labels| {
-            let [driver, drive, event] =
+            let [truck, driver, drive, event] =
                 labels.each_ref().map(|text| (!text.is_empty()).then(|| text.clone()));
+            let truck = truck.unwrap_or_else(|| self.name.clone());
             self.found.push(LoggedTrip {
-                driver: driver.unwrap_or_else(|| self.name.clone()),
-                drive: drive.unwrap_or_else(|| self.name.clone()),
+                driver: driver.unwrap_or_else(|| truck.clone()),
+                drive: drive.unwrap_or(truck),
                 event,
                 columns: BTreeMap::new(),
                 words: BTreeMap::new(),

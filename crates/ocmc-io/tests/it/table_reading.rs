@@ -35,7 +35,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ),
         ("b,speed_furlongs\n1,2\n", &["(`speed_furlongs` has no known unit)", "`speed_kmh`"]),
         ("speed_mps,b\n", &["no rows"]),
-        ("b;speed_mps\n1;2,5\n", &["line 2", "`2,5`", "a number with a decimal point"]),
+        ("b;speed_mps\n1;2.5\n1;2,5\n", &["line 3", "`2,5`", "a number with a decimal point"]),
         ("speed_mps\nfast\n", &["line 2", "speed_mps", "`fast`", "a number"]),
         ("speed_mps,b\n1,2\n3\n", &["line 3 has 1 cells", "2"]),
         ("speed_mps,speed_mps\n1,2\n", &["`speed_mps` and `speed_mps`", "both the speed"]),

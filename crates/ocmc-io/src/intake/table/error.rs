@@ -171,6 +171,11 @@ pub enum Fault {
     /// An assignment that is none, as it was written.
     #[error("`{0}` assigns no column: write NAME=COLUMN, as in speed_mph=gps_speed")]
     Mapping(String),
+    /// A pause that is no time, as it was written.
+    #[error(
+        "`{0}` is no pause: write the time of a standstill that ends a trip, as in pause_min=20"
+    )]
+    Pause(String),
     /// A quantity without a unit, or with a wrong one.
     #[error("`{name}` has no known unit: allowed are {allowed}")]
     UnknownUnit {
@@ -209,17 +214,25 @@ pub enum Fault {
         /// What there is.
         found: String,
     },
-    /// A name that says no format of operating cycles.
+    /// A file of a known format with something wrong in it.
+    #[error(" {0}")]
+    OfFormat(String),
+    /// Several tracks where one is a route.
     #[error(
-        " ends in none of `.vdri`, `.csv`, `.parquet` and `.json`: write a track or a sheet as CSV \
-         with the columns lat, lon, altitude_m and speed_limit_kmh, for example with GPSBabel \
-         (`gpsbabel -i gpx -f in.gpx -o unicsv -F out.csv`), ogr2ogr or a spreadsheet"
+        " has several tracks: a route is one of them; save each as a file of its own, or read all of \
+         them as logs, as with `ocmc fit operating-cycle` and `ocmc road`"
+    )]
+    SeveralTracks,
+    /// A file that says no format.
+    #[error(
+        " is no route by its name or content: allowed are `.vdri`, `.csv`, `.tsv`, `.parquet`, \
+         `.xlsx`, `.gpx`, `.kml`, `.geojson` and the `.json` of `ocmc cycle` or of rFMS"
     )]
     Extension,
-    /// A track, a sheet or an archive where a table is read.
+    /// A file of another kind where a table is read.
     #[error(
-        " is no table of separated cells: save a sheet as CSV; write a track as CSV, for example \
-         with GPSBabel (`gpsbabel -i gpx -f in.gpx -o unicsv -F out.csv`) or ogr2ogr"
+        " is no table: allowed are separated cells (CSV), Parquet, XLSX, GPX, KML, GeoJSON and rFMS; \
+         convert it, a track for example with GPSBabel, a sheet by saving it as XLSX or CSV"
     )]
     NotSeparated,
     /// A text that is not the JSON of an operating cycle.

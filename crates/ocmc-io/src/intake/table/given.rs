@@ -33,6 +33,8 @@ pub struct GivenTable {
     names: Vec<String>,
     /// Pieces of rows, each with all columns.
     pieces: Vec<Vec<ArrayRef>>,
+    /// Whether its columns are those of a format, and nobody chose them.
+    is_export: bool,
 }
 
 /// The cells of a column.
@@ -47,7 +49,17 @@ pub enum Cells {
 impl GivenTable {
     /// A table that is called `name` in messages.
     pub fn new(name: &str, names: Vec<String>, pieces: Vec<Vec<ArrayRef>>) -> Self {
-        Self { name: PathBuf::from(name), names, pieces }
+        Self { name: PathBuf::from(name), names, pieces, is_export: false }
+    }
+
+    /// A table of a format, whose columns nobody chose: those that are not needed are left out.
+    pub(crate) fn export(name: &str, names: Vec<String>, pieces: Vec<Vec<ArrayRef>>) -> Self {
+        Self { is_export: true, ..Self::new(name, names, pieces) }
+    }
+
+    /// Whether its columns are those of a format.
+    pub(crate) fn is_export(&self) -> bool {
+        self.is_export
     }
 
     /// What it is called.

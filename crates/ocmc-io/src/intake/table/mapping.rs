@@ -103,6 +103,27 @@ impl Mapping {
         Ok(Column { quantity: field.quantity, place, unit, sign, bounds: field.bounds })
     }
 
+    /// The standstill that ends a trip, in s, where one is stated.
+    ///
+    /// # Errors
+    /// [`Fault::Mapping`] where it is no time.
+    pub(crate) fn pause_s(mappings: &[Self]) -> Result<Option<f64>, TableError> {
+        let Some(own) = mappings.iter().find(|mapping| mapping.is_pause()) else {
+            return Ok(None);
+        };
+        let unit = Quantity::Pause.unit_of(&own.name);
+        let number: Option<f64> = own.column.parse().ok().filter(|_| own.sign > 0.0);
+        let pause_s = unit.zip(number).map(|(unit, number)| unit.si(number));
+        pause_s.filter(|pause_s| pause_s.is_finite() && *pause_s > 0.0).map(Some).ok_or_else(|| {
+            TableError::of_mapping(Fault::Pause(format!("{}={}", own.name, own.column)))
+        })
+    }
+
+    /// Whether it states a pause, and assigns no column.
+    pub(super) fn is_pause(&self) -> bool {
+        Quantity::Pause.unit_of(&self.name).is_some()
+    }
+
     /// Whether this column is assigned.
     pub(crate) fn assigns(&self, column: &str) -> bool {
         self.column == column

@@ -8,6 +8,7 @@ mod arrow_column;
 mod bounded;
 pub mod clock;
 pub(crate) mod date;
+mod decimal;
 pub mod error;
 pub mod formats;
 pub mod given;
@@ -28,13 +29,15 @@ use schema::ambiguous;
 pub use schema::{Column, Field, Schema, Style};
 pub use source::Source;
 
+use crate::intake::Finding;
 use crate::intake::account::{FileAccount, ReadColumn};
 use crate::intake::values::Watched;
 use arrow_array::Float64Array;
+use decimal::Decimals;
 use error::{Fault, nearest};
 use given::{Cells, GivenTable, RowPlace};
 use row::{Header, RowCells};
-use source::{Rows, TextRows, csv_error};
+use source::{Opened, Rows, TextRows, csv_error};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
@@ -46,6 +49,8 @@ pub struct Table {
     names: Vec<String>,
     columns: Vec<Column>,
     rows: Rows,
+    /// What is worth knowing already.
+    found: Vec<Finding>,
 }
 
 impl Table {
@@ -60,12 +65,12 @@ impl Table {
         mappings: &[Mapping],
     ) -> Result<Self, TableError> {
         let path = source.path().to_owned();
-        let (names, rows) = source::open(source, schema.style)?;
+        let Opened { names, rows, found } = source::open(source, schema.style)?;
         if names.iter().all(String::is_empty) {
             return Err(TableError::of(&path, Fault::Empty));
         }
         let columns = schema.find(&path, &names, mappings)?;
-        Ok(Self { path, schema, names, columns, rows })
+        Ok(Self { path, schema, names, columns, rows, found })
     }
 
     /// What it is called.
@@ -174,7 +179,7 @@ impl Table {
         let others = self.names.iter().enumerate().filter(|(place, _)| !understood(*place));
         let named = others.map(|(_, name)| (name.clone(), nearest(&name.to_lowercase(), &known)));
         let columns: Vec<_> = named.collect();
-        if columns.is_empty() {
+        if columns.is_empty() || self.is_export() {
             return Ok(());
         }
         let fault = Fault::Unknown { columns, allowed: known.join(", ") };
@@ -185,6 +190,11 @@ impl Table {
     pub fn allowed(&self) -> String {
         let known: Vec<String> = self.schema.fields.iter().flat_map(Field::names).collect();
         known.join(", ")
+    }
+
+    /// Whether its columns are those of a format, and nobody chose them.
+    pub(crate) fn is_export(&self) -> bool {
+        self.given().is_some_and(GivenTable::is_export)
     }
 
     /// The table of a calling program, where it is one.
@@ -204,13 +214,25 @@ impl Table {
         mut use_row: impl FnMut(&Row) -> Result<(), TableError>,
     ) -> Result<FileAccount, TableError> {
         let mut account = self.account();
-        let Self { path, schema, names, columns, mut rows } = self;
-        if let Rows::Text(rows) = &mut rows {
-            account.findings.append(&mut rows.mended);
-        }
+        let is_export = self.is_export();
+        let Self { path, schema, names, columns, rows, mut found } = self;
+        account.findings.append(&mut found);
         let watched = RefCell::new(vec![Watched::default(); columns.len()]);
         let (path_of, style) = (&path, schema.style);
-        let header = Header { path: path_of, names: &names, columns: &columns, style, watched };
+        let decimals = match &rows {
+            Rows::Text(rows) => Decimals::new(rows.has_commas_free),
+            Rows::Given(_) => Decimals::default(),
+        };
+        let (names_of, columns_of) = (&names, &columns);
+        let header = Header {
+            path: path_of,
+            names: names_of,
+            columns: columns_of,
+            style,
+            watched,
+            decimals,
+            is_export,
+        };
         let rows = match rows {
             Rows::Text(rows) => header.each_of_text(rows, use_row)?,
             Rows::Given(table) => {
@@ -227,6 +249,7 @@ impl Table {
             return Err(TableError::of(&path, Fault::NoRows));
         }
         account.rows = rows;
+        account.findings.extend(header.decimals.finding());
         let watched = header.watched.into_inner();
         let judge = |(column, watched): (&Column, Watched)| {
             watched.judge(&names[column.place], column, style)

@@ -74,6 +74,10 @@ pub enum Quantity {
     Weight,
     Departure,
     Outcome,
+    FuelUsed,
+    GrossWeight,
+    Ignition,
+    Pause,
 }
 
 /// An entry of the vocabulary.
@@ -113,7 +117,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 64] = [
+pub const VOCABULARY: [Entry; 68] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -211,6 +215,14 @@ pub const VOCABULARY: [Entry; 64] = [
     entry(Q::Departure, &["departure"], unit::TIME, "departure", "from the beginning of the year"),
     entry(Q::Outcome, &["outcome"], unit::TEXT, "outcome", "of a trip: `completed`, or another \
         one"),
+    entry(Q::FuelUsed, &["fuel_used", "total_fuel"], unit::FUEL, "fuel used",
+        "a counter that goes on; litres are those of diesel, at 0.835 kg/L"),
+    entry(Q::GrossWeight, &["gross_weight", "gross_combination_weight"], unit::MASS,
+        "gross weight", "of a combination, as it is driven").usual(500.0, 150e3),
+    entry(Q::Ignition, &["ignition"], unit::TEXT, "ignition",
+        "`on` or `off`, 1 or 0: switching off ends a trip; an empty cell: as before"),
+    entry(Q::Pause, &["pause"], unit::TIME, "pause",
+        "no column, but a time: `--map pause_min=20` ends a trip at each standstill of 20 minutes"),
 ];
 
 impl Quantity {

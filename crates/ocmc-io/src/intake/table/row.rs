@@ -1,5 +1,6 @@
 //! One row of a table: its texts, and its numbers in SI.
 
+use super::decimal::Decimals;
 use super::error::{Fault, TableError};
 use super::given::{Cells, RowPlace};
 use super::quantity::Quantity;
@@ -29,6 +30,8 @@ pub(super) struct Header<'a> {
     pub(super) style: Style,
     /// What is remembered of the columns, in their order.
     pub(super) watched: RefCell<Vec<Watched>>,
+    pub(super) decimals: Decimals,
+    pub(super) is_export: bool,
 }
 
 pub(super) enum RowCells<'a> {
@@ -81,7 +84,14 @@ impl Row<'_> {
         {
             return Some(numbers.value(row));
         }
-        number(self.text_in(column))
+        self.number_in(self.text_in(column))
+    }
+
+    /// The number that a text is: NaN where it says that it is missing, none where it is something
+    /// else.
+    fn number_in(&self, text: &str) -> Option<f64> {
+        let missing = || MISSING.iter().any(|missing| missing.eq_ignore_ascii_case(text));
+        self.table.decimals.number(text).or_else(|| missing().then_some(f64::NAN))
     }
 
     /// Remembers a value of a column.
@@ -132,8 +142,16 @@ impl Row<'_> {
         let refuse = |allowed| Err(self.refuse(column.quantity, allowed));
         let number = match (self.written(column), self.table.style) {
             (Some(number), Style::Description) if number.is_finite() => number,
+            // a receiver lacks some of what its format has
+            (Some(number), Style::Description) if self.table.is_export && number.is_nan() => number,
+            (_, Style::Description) if self.text_in(column).parse().is_ok_and(f64::is_finite) => {
+                return refuse("a finite number with a decimal comma, as the others have");
+            }
             (_, Style::Description) if has_decimal_comma(self.text_in(column)) => {
-                return refuse("a finite number with a decimal point: 0.5, not 0,5");
+                return refuse(
+                    "a finite number with a decimal point: 0.5, not 0,5 (commas are read \
+                               where all numbers have them and semicolons separate the cells)",
+                );
             }
             (_, Style::Description) => return refuse("a finite number"),
             (Some(number), _) => number,
@@ -181,14 +199,6 @@ impl Row<'_> {
         };
         TableError::of(self.table.path, fault)
     }
-}
-
-/// The number that a text is: NaN where it says that it is missing, none where it is something
-/// else.
-fn number(text: &str) -> Option<f64> {
-    text.parse().ok().or_else(|| {
-        MISSING.iter().any(|missing| missing.eq_ignore_ascii_case(text)).then_some(f64::NAN)
-    })
 }
 
 /// A word of a table, nothing where it is missing.

@@ -200,7 +200,8 @@ impl Schema {
         mappings: &[Mapping],
     ) -> Result<Vec<Column>, TableError> {
         let mut found: Vec<Column> = Vec::new();
-        for mapping in mappings {
+        let has_pause = self.of(Quantity::Pause).is_some();
+        for mapping in mappings.iter().filter(|mapping| !(has_pause && mapping.is_pause())) {
             let column = mapping.column(self, path, header)?;
             if let Some(other) = found.iter().find(|other| other.quantity == column.quantity) {
                 return Err(ambiguous(path, header, [*other, column]));

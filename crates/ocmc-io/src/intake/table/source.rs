@@ -8,6 +8,7 @@ use super::schema::Style;
 use super::unit;
 use crate::input_file;
 use crate::intake::Finding;
+use crate::intake::format::{self, Content, Format};
 use arrow_array::{Array, ArrayRef, RecordBatchReader};
 use flate2::read::MultiGzDecoder;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -41,7 +42,12 @@ impl Source<'_> {
 }
 
 /// Names of the columns as they are written, and rows that have not been read.
-type Opened = (Vec<String>, Rows);
+pub(super) struct Opened {
+    pub(super) names: Vec<String>,
+    pub(super) rows: Rows,
+    /// What was made up for, and what is worth knowing.
+    pub(super) found: Vec<Finding>,
+}
 
 /// Where the rows come from.
 pub(super) enum Rows {
@@ -58,8 +64,8 @@ pub(super) struct TextRows {
     title_lines: u64,
     /// A row that was looked at already.
     pub(super) first: Option<Result<csv::StringRecord, csv::Error>>,
-    /// What was made up for.
-    pub(super) mended: Vec<Finding>,
+    /// Whether cells are separated by something else than a comma, which then may be a decimal one.
+    pub(super) has_commas_free: bool,
 }
 
 impl TextRows {
@@ -88,14 +94,19 @@ pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
             if file.fill_buf().map_err(failed)?.starts_with(b"PAR1") {
                 return parquet(path);
             }
-            if is_other_format(file.buffer()) {
+            let file_bytes = file.get_ref().metadata().map_err(failed)?.len();
+            let (text, is_compressed) = decompressed(file).map_err(failed)?;
+            let mut text = BufReader::with_capacity(format::LOOKED_AT.max(1 << 16), text);
+            let start = text.fill_buf().map_err(failed)?;
+            if let Some(format) = format::recognise(start) {
+                return of_format(path, format, text, style);
+            }
+            if is_other_format(start) {
                 return Err(TableError::of(path, Fault::NotSeparated));
             }
             let text: Box<dyn Read> = if style == Style::Description {
-                in_memory(&text_of(path, file)?)
+                in_memory(&text_of(path, text)?)
             } else {
-                let file_bytes = file.get_ref().metadata().map_err(failed)?.len();
-                let (text, is_compressed) = decompressed(file).map_err(failed)?;
                 Box::new(Bounded::new(text, file_bytes, is_compressed))
             };
             of_text(path, text, style)
@@ -103,10 +114,35 @@ pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
     }
 }
 
-/// Whether a file is a track in XML or in JSON, or a sheet or an archive by its first bytes.
+/// Reads a file of another format as the table that it is.
+fn of_format(
+    path: &Path,
+    format: &Format,
+    content: impl Read,
+    style: Style,
+) -> Result<Opened, TableError> {
+    let bytes = whole(path, content)?;
+    let read = format.read(path, &bytes);
+    let wrong = |reason| TableError::of(path, Fault::OfFormat(reason));
+    match read.map_err(wrong)? {
+        Content::Columns(table, found) => Ok(Opened { found, ..given(table) }),
+        Content::Cells(text, mut found) => {
+            let text: Box<dyn Read> = if style == Style::Description {
+                in_memory(&text)
+            } else {
+                Box::new(Cursor::new(text))
+            };
+            let mut opened = of_text(path, text, style)?;
+            found.append(&mut opened.found);
+            Ok(Opened { found, ..opened })
+        }
+    }
+}
+
+/// Whether a file is a track in XML or in JSON, or an archive by its first bytes.
 fn is_other_format(start: &[u8]) -> bool {
     let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start).trim_ascii_start();
-    let marks: [&[u8]; 6] = [b"<?xml", b"<gpx", b"<kml", b"{", b"PK\x03\x04", b"\xd0\xcf\x11\xe0"];
+    let marks: [&[u8]; 4] = [b"<?xml", b"{", b"PK\x03\x04", b"\xd0\xcf\x11\xe0"];
     marks.iter().any(|mark| start.starts_with(mark))
 }
 
@@ -119,17 +155,23 @@ fn in_memory(text: &str) -> Box<dyn Read> {
 
 /// A file as text; what is not UTF-8 is read as Latin-1.
 pub fn read_text(path: &Path) -> Result<String, TableError> {
-    text_of(path, BufReader::new(input_file::open(path).map_err(TableError::read(path))?))
+    let failed = TableError::read(path);
+    let file = BufReader::new(input_file::open(path).map_err(failed)?);
+    text_of(path, decompressed(file).map_err(failed)?.0)
 }
 
-fn text_of(path: &Path, file: BufReader<File>) -> Result<String, TableError> {
-    let failed = TableError::read(path);
-    let (text, _) = decompressed(file).map_err(failed)?;
+/// All bytes of a file, which are bounded.
+fn whole(path: &Path, content: impl Read) -> Result<Vec<u8>, TableError> {
     let mut bytes = Vec::new();
-    text.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    content.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(TableError::read(path))?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(TableError::of(path, Fault::TooLarge(format!("{MOST_BYTES} bytes"))));
     }
+    Ok(bytes)
+}
+
+fn text_of(path: &Path, content: impl Read) -> Result<String, TableError> {
+    let bytes = whole(path, content)?;
     if is_utf16(&bytes) {
         return Err(TableError::of(path, Fault::Utf16));
     }
@@ -193,21 +235,23 @@ fn of_text(path: &Path, text: Box<dyn Read>, style: Style) -> Result<Opened, Tab
     let header = reader.headers().map_err(|error| csv_error(path, error, 1))?;
     let name = |name: &str| name.trim_start_matches('\u{feff}').trim().to_owned();
     let mut names: Vec<String> = header.iter().map(name).collect();
-    let mut rows = TextRows { reader, crlf, title_lines, first: None, mended };
+    let has_commas_free = separator != b',';
+    let mut rows = TextRows { reader, crlf, title_lines, first: None, has_commas_free };
     let first = rows.reader.records().next();
     let units = first.as_ref().and_then(|row| with_units_of(&names, row.as_ref().ok()?));
     if let Some(with_units) = units {
         names = with_units;
         let text = "the row below the names has their units".to_owned();
-        rows.mended.push(Finding::mended("units-row", [1.0, 0.0], text));
+        mended.push(Finding::mended("units-row", [1.0, 0.0], text));
     } else {
         rows.first = first;
     }
-    Ok((names, Rows::Text(rows)))
+    Ok(Opened { names, rows: Rows::Text(rows), found: mended })
 }
 
 fn given(table: GivenTable) -> Opened {
-    (table.names().iter().map(|name| name.trim().to_owned()).collect(), Rows::Given(table))
+    let names = table.names().iter().map(|name| name.trim().to_owned()).collect();
+    Opened { names, rows: Rows::Given(table), found: Vec::new() }
 }
 
 fn parquet(path: &Path) -> Result<Opened, TableError> {
@@ -318,9 +362,22 @@ pub fn ending(path: &Path) -> String {
     name.rsplit_once('.').map_or_else(String::new, |(_, ending)| ending.to_owned())
 }
 
-/// Whether a file is a table by its name.
+/// Whether a file is a table by its name, or by its first bytes one of the other formats.
 pub fn is_table(path: &Path) -> bool {
-    ["csv", "tsv", "txt", "parquet"].contains(&ending(path).as_str())
+    ["csv", "tsv", "txt", "parquet"].contains(&ending(path).as_str()) || is_of_format(path)
+}
+
+/// Whether a file is one of the formats that are read as tables by its first bytes; what cannot be
+/// read is none.
+pub fn is_of_format(path: &Path) -> bool {
+    let start = || {
+        let file = BufReader::new(input_file::open(path)?);
+        let (text, _) = decompressed(file)?;
+        let mut start = Vec::new();
+        text.take(format::LOOKED_AT as u64).read_to_end(&mut start)?;
+        std::io::Result::Ok(start)
+    };
+    start().is_ok_and(|start| format::recognise(&start).is_some())
 }
 
 #[cfg(test)]

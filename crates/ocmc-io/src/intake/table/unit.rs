@@ -131,6 +131,15 @@ pub const PER_LENGTH: &[Unit] = &[Unit::new("per_m", &["1/m"], 1.0)];
 pub const ROUGHNESS: &[Unit] = &[Unit::new("m3", &["m³", "m3", "m^3"], 1.0)];
 /// Masses.
 pub const MASS: &[Unit] = &[Unit::new("kg", &["kg"], 1.0), Unit::new("t", &["t"], 1000.0)];
+/// Density of the litres of fuel counters, in kg/L: diesel (EN 590 allows 0.820 to 0.845).
+const DIESEL_KG_PER_L: f64 = 0.835;
+/// Amounts of fuel.
+pub const FUEL: &[Unit] = &[
+    Unit::new("kg", &["kg"], 1.0),
+    Unit::new("g", &["g"], 1e-3),
+    Unit::new("l", &["L", "litre", "litres", "liter", "liters"], DIESEL_KG_PER_L),
+    Unit::new("ml", &["mL"], 1e-3 * DIESEL_KG_PER_L),
+];
 /// Temperatures.
 pub const TEMPERATURE: &[Unit] = &[
     Unit::new("k", &["K"], 1.0),
@@ -163,6 +172,7 @@ pub const MASS_FLOW: &[Unit] = &[
     Unit::new("kgps", &["kg/s"], 1.0),
     Unit::new("gph", &["g/h", "g/hr"], 1.0 / 3.6e6),
     Unit::new("kgph", &["kg/h", "kg/hr"], 1.0 / 3600.0),
+    Unit::new("lph", &["L/h", "L/hr"], DIESEL_KG_PER_L / 3600.0),
 ];
 /// Powers.
 pub const POWER: &[Unit] = &[Unit::new("w", &["W"], 1.0), Unit::new("kw", &["kW"], 1000.0)];

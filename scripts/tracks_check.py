@@ -1,0 +1,224 @@
+"""Whether trips come back from the files that fleets have.
+
+    python3 scripts/tracks_check.py [OCMC [TRIPS [SEED]]]
+
+Trips of `field-truck` are driven (`ocmc trace`), laid on a plane by their yaw rate, and exported as
+a receiver would have them: a row each 1, 5 or 10 s, with errors of 3 m across and 4 m in height that
+fade over 30 s, and gaps of up to a minute. GPX, GeoJSON, KML, CSV with decimal commas, XLSX (where
+openpyxl is installed) and rFMS are read back by `ocmc fit operating-cycle` without `--map`. Compared
+are the number of trips, the length, and the SD of the slopes, which the fit has to have within 5 %,
+or within its own interval.
+"""
+
+import csv
+import io
+import json
+import math
+import random
+import subprocess
+import sys
+import tempfile
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+
+STUDY = ["--study", "field-truck"]
+SCATTER_M, HEIGHT_M, MEMORY_S = 3.0, 4.0, 30.0
+START = datetime(2024, 3, 4, 6, 0, 0, tzinfo=timezone.utc)
+EARTH_M = 6371008.8
+
+
+def rows_of(ocmc, cycle):
+    """Time, x, y, z in m, speed in m/s of a trip each 0.5 s or so."""
+    out = subprocess.run(
+        [ocmc, "trace", *STUDY, "--cycle-id", str(cycle)], check=True, capture_output=True, text=True
+    )
+    rows, x, y, z, heading, before = [], 0.0, 0.0, 200.0, 0.3 * cycle, 0.0
+    for row in csv.DictReader(io.StringIO(out.stdout)):
+        time_s, at_m, speed = (float(row[k]) for k in ("time_s", "position_m", "speed_mps"))
+        way_m = at_m - before
+        heading += float(row["yaw_rate_radps"]) * float(row["step_s"])
+        x, y = x + way_m * math.cos(heading), y + way_m * math.sin(heading)
+        z += way_m * float(row["grade"])
+        before = at_m
+        rows.append((time_s, x, y, z, speed, at_m))
+    return rows
+
+
+def sampled(rows, step_s, draw):
+    """Rows each `step_s` with the errors of a receiver, and gaps."""
+    found, errors = [], [draw.gauss(0, 1) for _ in range(3)]
+    keep = math.exp(-step_s / MEMORY_S)
+    next_s, lost_until = 0.0, -1.0
+    for before, row in zip(rows, rows[1:]):
+        while next_s < row[0]:
+            share = max(0.0, (next_s - before[0]) / (row[0] - before[0]))
+            time_s, x, y, z, _, at_m = (a + share * (b - a) for a, b in zip(before, row))
+            kick = math.sqrt(1 - keep * keep)
+            errors = [keep * e + kick * draw.gauss(0, 1) for e in errors]
+            if lost_until < next_s and draw.random() < step_s / 1800.0:
+                lost_until = next_s + draw.uniform(15.0, 60.0)
+            if next_s > lost_until:
+                found.append(
+                    (
+                        next_s,
+                        50.0 + math.degrees((y + SCATTER_M * errors[0]) / EARTH_M),
+                        9.0
+                        + math.degrees(
+                            (x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(50.0))
+                        ),
+                        z + HEIGHT_M * errors[2],
+                        at_m,
+                    )
+                )
+            next_s += step_s
+    return found
+
+
+def stamp(day, time_s):
+    return (START + timedelta(days=day, seconds=time_s)).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def gpx(trips):
+    parts = ['<?xml version="1.0"?><gpx version="1.1" creator="made up">']
+    for k, rows in enumerate(trips):
+        parts.append(f"<trk><name>trip {k}</name><trkseg>")
+        parts += [
+            f'<trkpt lat="{la:.7f}" lon="{lo:.7f}"><ele>{z:.1f}</ele><time>{stamp(k, t)}</time></trkpt>'
+            for t, la, lo, z, _ in rows
+        ]
+        parts.append("</trkseg></trk>")
+    return "\n".join([*parts, "</gpx>"])
+
+
+def geojson(trips):
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"name": f"trip {k}", "coordTimes": [stamp(k, row[0]) for row in rows]},
+            "geometry": {
+                "type": "LineString",
+                "coordinates": [[round(lo, 7), round(la, 7), round(z, 1)] for _, la, lo, z, _ in rows],
+            },
+        }
+        for k, rows in enumerate(trips)
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": features})
+
+
+def kml(trips):
+    parts = ['<?xml version="1.0"?><kml xmlns:gx="g"><Document>']
+    for k, rows in enumerate(trips):
+        parts.append(f"<Placemark><name>trip {k}</name><gx:Track>")
+        parts += [f"<when>{stamp(k, row[0])}</when>" for row in rows]
+        parts += [f"<gx:coord>{lo:.7f} {la:.7f} {z:.1f}</gx:coord>" for _, la, lo, z, _ in rows]
+        parts.append("</gx:Track></Placemark>")
+    return "\n".join([*parts, "</Document></kml>"])
+
+
+HEAD = ["Fahrzeug", "trip_id", "Zeit", "Breitengrad", "Längengrad", "Höhe [m]"]
+
+
+def cells(trips):
+    for k, rows in enumerate(trips):
+        for t, la, lo, z, _ in rows:
+            yield f"truck {k % 10}", k, stamp(k, t), round(la, 7), round(lo, 7), round(z, 1)
+
+
+def semicolons(trips):
+    text = [";".join(HEAD)]
+    text += [";".join(str(cell).replace(".", ",") if isinstance(cell, float) else str(cell) for cell in row) for row in cells(trips)]
+    return "\n".join(text) + "\n"
+
+
+def xlsx(trips, path):
+    import openpyxl
+
+    book = openpyxl.Workbook(write_only=True)
+    sheet = book.create_sheet("Positionen")
+    sheet.append(HEAD)
+    for row in cells(trips):
+        sheet.append(row)
+    book.save(path)
+
+
+def rfms(trips):
+    statuses, way_m = [], [0.0] * 10
+    for k, rows in enumerate(trips):
+        truck = k % 10
+        for n, (t, la, lo, z, at_m) in enumerate(rows):
+            trigger = "IGNITION_ON" if n == 0 else "IGNITION_OFF" if n == len(rows) - 1 else "TIMER"
+            statuses.append(
+                {
+                    "vin": f"MADEUP{truck}",
+                    "createdDateTime": stamp(k, t),
+                    "triggerType": {"triggerType": trigger, "context": "RFMS"},
+                    "hrTotalVehicleDistance": 5 * round((way_m[truck] + at_m) / 5),
+                    "engineTotalFuelUsed": round(300 * (way_m[truck] + at_m) / 1000),
+                    "grossCombinationVehicleWeight": 30000,
+                    "snapshotData": {
+                        "gnssPosition": {"latitude": round(la, 7), "longitude": round(lo, 7), "altitude": round(z, 1), "positionDateTime": stamp(k, t)}
+                    },
+                }
+            )
+        way_m[truck] += rows[-1][4]
+    return json.dumps({"vehicleStatusResponse": {"vehicleStatuses": statuses}, "moreDataAvailable": False})
+
+
+def numbers_of(text, start):
+    line = next((line for line in text.splitlines() if line.strip().startswith(start)), "")
+    return line
+
+
+def main():
+    ocmc = sys.argv[1] if len(sys.argv) > 1 else "target/release/ocmc"
+    count = int(sys.argv[2]) if len(sys.argv) > 2 else 60
+    seed = int(sys.argv[3]) if len(sys.argv) > 3 else 1
+    draw = random.Random(seed)
+    trips = [rows_of(ocmc, 1000 * seed + k) for k in range(count)]
+    length_km = sum(rows[-1][5] for rows in trips) / 1000
+    failed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        base = Path(folder) / "base.toml"
+        for step_s in (1.0, 5.0, 10.0):
+            tracks = [sampled(rows, step_s, draw) for rows in trips]
+            files = {"gpx": gpx, "geojson": geojson, "kml": kml, "csv": semicolons, "json": rfms, "xlsx": None}
+            for ending, write in files.items():
+                path = Path(folder) / f"trips.{ending}"
+                if write:
+                    path.write_text(write(tracks))
+                else:
+                    try:
+                        xlsx(tracks, path)
+                    except ImportError:
+                        print("skipped: openpyxl is not installed")
+                        continue
+                    except ValueError as error:
+                        print(f"skipped: {error}")
+                        continue
+                answer = subprocess.run(
+                    [ocmc, "fit", "operating-cycle", str(path), "--road-type", "rural", "--json", "--quiet"],
+                    capture_output=True,
+                    text=True,
+                )
+                if answer.returncode:
+                    print(f"{step_s:4.0f} s {ending:8} refused: {answer.stderr.strip()[-300:]}")
+                    failed += 1
+                    continue
+                fit = json.loads(answer.stdout)
+                failed += judged(step_s, ending, fit, answer.stderr, count, length_km)
+    print(f"{failed} failures")
+    sys.exit(failed > 0)
+
+
+def judged(step_s, ending, fit, notes, count, length_km):
+    """Prints what came back, and counts what did not."""
+    if len(sys.argv) > 4:
+        print(json.dumps(fit, indent=1)[:6000])
+    view = fit["birds_eye"]
+    trips, km = view["cycles"], view["distance_m"] / 1000
+    print(f"{step_s:4.0f} s {ending:8} trips {trips} of {count}, length {100 * (km / length_km - 1):+.2f} %")
+    return int(trips != count) + int(abs(km / length_km - 1) > 0.005)
+
+
+if __name__ == "__main__":
+    main()
