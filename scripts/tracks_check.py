@@ -164,11 +164,6 @@ def rfms(trips):
     return json.dumps({"vehicleStatusResponse": {"vehicleStatuses": statuses}, "moreDataAvailable": False})
 
 
-def numbers_of(text, start):
-    line = next((line for line in text.splitlines() if line.strip().startswith(start)), "")
-    return line
-
-
 def main():
     ocmc = sys.argv[1] if len(sys.argv) > 1 else "target/release/ocmc"
     count = int(sys.argv[2]) if len(sys.argv) > 2 else 60
@@ -176,9 +171,9 @@ def main():
     draw = random.Random(seed)
     trips = [rows_of(ocmc, 1000 * seed + k) for k in range(count)]
     length_km = sum(rows[-1][5] for rows in trips) / 1000
+    truth = (count, length_km, slope_sd(trips))
     failed = 0
     with tempfile.TemporaryDirectory() as folder:
-        base = Path(folder) / "base.toml"
         for step_s in (1.0, 5.0, 10.0):
             tracks = [sampled(rows, step_s, draw) for rows in trips]
             files = {"gpx": gpx, "geojson": geojson, "kml": kml, "csv": semicolons, "json": rfms, "xlsx": None}
@@ -196,7 +191,7 @@ def main():
                         print(f"skipped: {error}")
                         continue
                 answer = subprocess.run(
-                    [ocmc, "fit", "operating-cycle", str(path), "--road-type", "rural", "--json", "--quiet"],
+                    [ocmc, "fit", "operating-cycle", str(path), "--road-type", "rural", "--json"],
                     capture_output=True,
                     text=True,
                 )
@@ -205,19 +200,43 @@ def main():
                     failed += 1
                     continue
                 fit = json.loads(answer.stdout)
-                failed += judged(step_s, ending, fit, answer.stderr, count, length_km)
+                failed += judged(step_s, ending, fit, answer.stderr, truth)
     print(f"{failed} failures")
     sys.exit(failed > 0)
 
 
-def judged(step_s, ending, fit, notes, count, length_km):
+def slope_sd(trips):
+    """SD of the slopes over the way, about the mean slope of each trip."""
+    squares, ways = 0.0, 0.0
+    for rows in trips:
+        steps = [(b[5] - a[5], b[3] - a[3]) for a, b in zip(rows, rows[1:]) if b[5] > a[5]]
+        way = sum(step[0] for step in steps)
+        mean = sum(step[1] for step in steps) / way
+        squares += sum(dz * dz / ds for ds, dz in steps) - mean * mean * way
+        ways += way
+    return math.sqrt(squares / ways)
+
+
+def judged(step_s, ending, fit, notes, truth):
     """Prints what came back, and counts what did not."""
-    if len(sys.argv) > 4:
-        print(json.dumps(fit, indent=1)[:6000])
-    view = fit["birds_eye"]
-    trips, km = view["cycles"], view["distance_m"] / 1000
-    print(f"{step_s:4.0f} s {ending:8} trips {trips} of {count}, length {100 * (km / length_km - 1):+.2f} %")
-    return int(trips != count) + int(abs(km / length_km - 1) > 0.005)
+    count, length_km, wanted_sd = truth
+    trips = fit["cycles"]
+    [length] = [entry["value"] for entry in fit["mission"] if entry["key"] == "length_m, mean"]
+    off = length * trips / 1000 / length_km - 1
+    numbers = {entry["key"]: entry for entry in fit["types"][0]["parameters"]}
+    slope = numbers["topography.slope_sd"]
+    sd, error = slope["value"], slope["standard_error"] or float("nan")
+    told = fit["told"]["curves"] != "none" and fit["told"]["curves"] is not None
+    known = "curves are not known" not in notes and told
+    close = abs(sd / wanted_sd - 1) <= 0.05
+    covers = abs(sd - wanted_sd) <= 1.96 * error
+    print(
+        f"{step_s:4.0f} s {ending:8} trips {trips} of {count}, length {100 * off:+.2f} %, "
+        f"slope SD {sd:.5f} ± {1.96 * error:.5f} of {wanted_sd:.5f} ({100 * (sd / wanted_sd - 1):+.1f} %), "
+        f"curves {'told' if known else 'not known'}"
+    )
+    slopes = close or (step_s >= 10 and covers)
+    return (trips != count) + (abs(off) > 0.005) + (not slopes) + known
 
 
 if __name__ == "__main__":

@@ -43,15 +43,40 @@ impl Source {
         needs: &[Need],
         warn: &mut dyn FnMut(&str),
     ) -> Result<LogFile, Error> {
-        let file = match self {
+        let file = self.quiet_log(mappings, needs)?;
+        file.read.warnings().iter().for_each(|warning| warn(warning));
+        Ok(file)
+    }
+
+    /// Reads it as a log.
+    pub(crate) fn quiet_log(&self, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, Error> {
+        Ok(match self {
             Self::File(path) if vmod::is_one(path) => {
                 vmod::read(path).map_err(ComparisonError::from)?
             }
             _ => read(self.lent(), mappings, needs)?,
-        };
-        file.read.warnings().iter().for_each(|warning| warn(warning));
-        Ok(file)
+        })
     }
+}
+
+/// What `read` makes of each of some things, in their order; as many at once as there are threads.
+pub(crate) fn read_at_once<T: Sync, R: Send>(
+    things: &[T],
+    read: impl Fn(&T) -> R + Sync,
+) -> impl Iterator<Item = R> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    things.chunks(threads).flat_map(move |batch| {
+        std::thread::scope(|scope| {
+            let read = &read;
+            let running: Vec<_> =
+                batch.iter().map(|thing| scope.spawn(move || read(thing))).collect();
+            let ended = running.into_iter().map(std::thread::ScopedJoinHandle::join);
+            // a panic of a thread goes on here
+            ended
+                .map(|ended| ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+                .collect::<Vec<R>>()
+        })
+    })
 }
 
 /// Reads `NAME=COLUMN`, each of which says which column of a table is what.

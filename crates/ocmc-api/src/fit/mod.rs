@@ -7,8 +7,9 @@ mod text;
 use crate::answer::Answer;
 use crate::cycle::RealisedCycle;
 use crate::error::{Error, FitError};
-use crate::source::{Mapping, Source};
+use crate::source::{Mapping, Source, read_at_once};
 use crate::watch::{Progress, Watch};
+use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::study::StudyModel;
 use ocmc_estimation::fit::curve_speed::CurveSpeedFit;
 use ocmc_estimation::fit::operating_cycle::{RoadFit, fit_with_coverage};
@@ -18,6 +19,7 @@ use ocmc_estimation::fit::traffic::TrafficFit;
 use ocmc_estimation::fit::weather::WeatherFit;
 use ocmc_estimation::fit::{curve_speed, speed_change, traffic, weather};
 use ocmc_io::intake::FileAccount;
+use ocmc_io::log::LogFile;
 use ocmc_io::log::curves::Steering;
 use ocmc_io::log::roads::{FoundRoads, NEEDS, is_log};
 use ocmc_io::study::{Estimate, FittedPart};
@@ -284,23 +286,34 @@ pub fn fit_operating_cycle(
     let OperatingCycleRequest { roads, mappings, base, options, radius_range_m, steering } =
         request;
     let mut found = FoundRoads::default();
-    for (done, road) in roads.iter().enumerate() {
+    let read = |road: &RoadSource| match road {
+        RoadSource::Cycle(cycle) => {
+            let given = cycle.given().map_err(|error| no_fit(source(roads), error))?;
+            Ok(ReadRoad::Cycle(Box::new(given), None))
+        }
+        RoadSource::Measured(Source::File(path))
+            if mappings.is_empty() && !is_log(path, mappings) =>
+        {
+            let (cycle, read) = given_cycle::read_with_account(path, &[])?;
+            Ok(ReadRoad::Cycle(Box::new(cycle), Some(read)))
+        }
+        RoadSource::Measured(log) => {
+            log.quiet_log(mappings, &NEEDS).map(|file| ReadRoad::Log(Box::new(file)))
+        }
+    };
+    for (done, road) in read_at_once(roads, read).enumerate() {
         let progress = Progress::of_logs(done, roads.len());
         progress.look(watch)?;
-        match road {
-            RoadSource::Cycle(cycle) => {
-                found.add_cycle(cycle.given().map_err(|error| no_fit(source(roads), error))?);
+        match road? {
+            ReadRoad::Cycle(cycle, read) => {
+                found.add_cycle(*cycle);
+                if let Some(read) = read {
+                    read.warnings().iter().for_each(|warning| warn(warning));
+                    found.inputs.push(read);
+                }
             }
-            RoadSource::Measured(Source::File(path))
-                if mappings.is_empty() && !is_log(path, mappings) =>
-            {
-                let (cycle, read) = given_cycle::read_with_account(path, &[])?;
-                read.warnings().iter().for_each(|warning| warn(warning));
-                found.add_cycle(cycle);
-                found.inputs.push(read);
-            }
-            RoadSource::Measured(log) => {
-                let file = log.log(mappings, &NEEDS, warn)?;
+            ReadRoad::Log(file) => {
+                file.read.warnings().iter().for_each(|warning| warn(warning));
                 progress.ended(found.add(&file, options, *steering, || watch(progress)))?;
             }
         }
@@ -325,6 +338,12 @@ pub fn fit_operating_cycle(
     let (text, warnings) = (text::roads(&fit), fit.warnings.clone());
     // what is odd in them was said while they were read
     Ok(FitAnswer { inputs: found.inputs, ..FitAnswer::new(fit, &text, warnings, &part) })
+}
+
+/// A road that was read.
+enum ReadRoad {
+    Cycle(Box<GivenCycle>, Option<FileAccount>),
+    Log(Box<LogFile>),
 }
 
 /// What messages call the roads: by the first one.

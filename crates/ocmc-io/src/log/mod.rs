@@ -60,6 +60,8 @@ pub struct LoggedTrip {
     columns: BTreeMap<Quantity, Float64Array>,
     /// Words of each row.
     words: BTreeMap<Quantity, Words>,
+    /// Median time between the rows that were measured, in s, where others were put in.
+    measured_each_s: Option<f64>,
 }
 
 impl LoggedTrip {
@@ -230,8 +232,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     let mut account = table.for_each(|row| {
         file.rows += 1;
         file.ragged_rows += usize::from(row.is_ragged());
-        let labels = LABELS.map(|label| row.text(label).to_owned());
-        let drive = drives.place(labels, numbers.len());
+        let drive = drives.place(LABELS.map(|label| row.text(label)), numbers.len());
         for (k, column) in numbers.iter().enumerate().filter(|(k, _)| whole[*k].is_none()) {
             let read = if date.is_some() && column.quantity == Quantity::Time {
                 clock.time_s(&dated(row))
@@ -381,6 +382,8 @@ struct Trips {
     /// What stands for a label that is not there.
     name: String,
     known: BTreeMap<[String; 4], usize>,
+    /// Labels of the row before, and the place of their drive.
+    last: Option<([String; 4], usize)>,
     found: Vec<LoggedTrip>,
     /// Values of each drive, in the order of their columns.
     values: Vec<Vec<Vec<f64>>>,
@@ -389,11 +392,32 @@ struct Trips {
 impl Trips {
     /// No drives yet, of a file that lends them its name.
     fn new(path: &Path) -> Self {
-        Self { name: stem(path), known: BTreeMap::new(), found: Vec::new(), values: Vec::new() }
+        Self {
+            name: stem(path),
+            known: BTreeMap::new(),
+            last: None,
+            found: Vec::new(),
+            values: Vec::new(),
+        }
     }
 
     /// Place of the drive with these labels (truck, driver, drive, event), which has so many columns.
-    fn place(&mut self, labels: [String; 4], columns: usize) -> usize {
+    fn place(&mut self, labels: [&str; 4], columns: usize) -> usize {
+        // labels hold for many rows
+        match &self.last {
+            Some((last, place)) if last.iter().zip(labels).all(|(last, label)| last == label) => {
+                *place
+            }
+            _ => {
+                let labels = labels.map(str::to_owned);
+                let place = self.place_of(labels.clone(), columns);
+                self.last = Some((labels, place));
+                place
+            }
+        }
+    }
+
+    fn place_of(&mut self, labels: [String; 4], columns: usize) -> usize {
         *self.known.entry(labels).or_insert_with_key(|labels| {
             let [truck, driver, drive, event] =
                 labels.each_ref().map(|text| (!text.is_empty()).then(|| text.clone()));
@@ -404,6 +428,7 @@ impl Trips {
                 event,
                 columns: BTreeMap::new(),
                 words: BTreeMap::new(),
+                measured_each_s: None,
             });
             self.values.push(vec![Vec::new(); columns]);
             self.found.len() - 1

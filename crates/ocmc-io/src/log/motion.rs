@@ -247,6 +247,7 @@ fn refine(drive: &mut LoggedTrip) -> Option<Finding> {
         *words = refined;
     }
     drive.columns = columns;
+    drive.measured_each_s = Some(usual_s);
     let text = format!(
         "rows are {} s apart: between them the way is the smoothest that never goes back, each second",
         rounded(usual_s)

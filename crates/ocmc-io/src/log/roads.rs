@@ -1,15 +1,16 @@
 //! From log files to the roads that they were driven on.
 
-use super::curves::{Steering, TripError, tells_steering_only, turning_log};
+use super::curves::{Steering, TripError, tells_steering_only, tells_turns, turning_log};
 use super::noise::noise_of_turning;
 use super::{LogFile, LoggedTrip, Need, counted, row_notes};
 use crate::intake::FileAccount;
 use crate::intake::table::formats::LOG;
+use crate::intake::table::source::is_track;
 use crate::intake::table::{Mapping, Quantity, Source, Table};
+use crate::number_text::rounded;
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::KINDS;
-use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::road::{
     LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads,
@@ -22,17 +23,26 @@ use std::path::Path;
 /// is steeper than a road now and then (judgement).
 const LEAST_JUMPS_M: f64 = 10.0;
 
+/// Most scatter of positions that alone tell how a vehicle turned, in m: errors of 3 m that fade over
+/// 30 s scatter by 0.4 m from row to row at 1 Hz, and make half as many curves again
+/// (`scripts/tracks_check.py`). A rounded seventh digit of a degree scatters by 3 mm, a sixth by 3 cm.
+const MOST_TURNING_NOISE_M: f64 = 0.1;
+
 /// What roads need of a log.
 pub const NEEDS: [Need; 2] = [&[Quantity::Time], &[Quantity::Speed]];
 
 /// Whether a file is a log: a table with a column for time or speed, which no operating cycle has.
 /// What cannot be read is none.
 pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
+    if is_track(path) {
+        return true;
+    }
     match Table::open(Source::File(path), &LOG, mappings) {
         // a unit may be missing: that is said when it is read
         Ok(table) => {
             let named = |name: &String| name == "time" || name == "speed";
-            NEEDS.iter().any(|need| table.column(need[0]).is_some())
+            let told = [Quantity::Time, Quantity::Date, Quantity::Day, Quantity::Speed];
+            told.into_iter().any(|quantity| table.column(quantity).is_some())
                 || table.names().iter().any(named)
         }
         // a log whose columns are unclear is one, and says so when it is read
@@ -60,7 +70,7 @@ pub struct FoundRoads {
 impl FoundRoads {
     /// Finds the roads of a log's drives. `look` is called before each of them, and may break off.
     /// Positions that scatter tell no curves: a detector would see other ones in them than those
-    /// of its window.
+    /// of its window. Nor do positions with rows that were put in between.
     pub fn add<B>(
         &mut self,
         file: &LogFile,
@@ -74,7 +84,8 @@ impl FoundRoads {
             let place = file.place(drive);
             let scatter_m = noise_of_turning(drive);
             let steered = steering.is_none() && tells_steering_only(drive);
-            let turns = scatter_m < LEAST_NOISE_M && !steered;
+            let apart_s = drive.measured_each_s.filter(|_| !tells_turns(drive));
+            let turns = scatter_m < MOST_TURNING_NOISE_M && !steered && apart_s.is_none();
             match found(drive, options, steering, turns) {
                 Ok(found) => {
                     self.has_objects |= found.coverage.events;
@@ -84,6 +95,12 @@ impl FoundRoads {
                     self.notes.extend(notes(&place, &found.counts));
                     if steered {
                         self.notes.push(steering_note(&place));
+                    } else if let Some(apart_s) = apart_s {
+                        self.notes.push(format!(
+                            "{place}: only positions {} s apart tell how it turned: its curves are not \
+                             known (rows of a second, a yaw rate or a course would tell them)",
+                            rounded(apart_s)
+                        ));
                     } else if !turns {
                         self.notes.push(format!(
                             "{place}: only positions tell how it turned, and they scatter by \

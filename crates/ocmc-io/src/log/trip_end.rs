@@ -150,6 +150,7 @@ fn part(drive: &LoggedTrip, rows: Range<usize>, name: String) -> LoggedTrip {
         event: drive.event.clone(),
         columns: columns.collect(),
         words: words.collect(),
+        measured_each_s: drive.measured_each_s,
     }
 }
 

@@ -210,7 +210,7 @@ fn tracks() -> String {
 /// A reader: its name, its seeds, and what it does with a file. It says whether it read something.
 type Reader = (&'static str, fn() -> Seeds, fn(&Path) -> bool);
 
-const READERS: [Reader; 13] = [
+const READERS: [Reader; 15] = [
     (
         "study",
         || {
@@ -296,6 +296,50 @@ const READERS: [Reader; 13] = [
         },
     ),
     (
+        "tracks",
+        || {
+            let place = |k: usize| (52.0 + 1e-4 * k as f64, 9.0, 50.0 + (k % 9) as f64);
+            let stamp = |k: usize| format!("2024-03-04T06:{:02}:{:02}Z", k / 60, k % 60);
+            let points = (0..120).map(|k| {
+                let (lat, lon, ele) = place(k);
+                format!(
+                    "<trkpt lat=\"{lat}\" lon=\"{lon}\"><ele>{ele}</ele><time>{}</time></trkpt>",
+                    stamp(k)
+                )
+            });
+            let points: String = points.collect();
+            let gpx = format!("<gpx><trk><name>a</name><trkseg>{points}</trkseg></trk></gpx>");
+            let coords = (0..120).map(|k| {
+                let (lat, lon, ele) = place(k);
+                format!("<when>{}</when><gx:coord>{lon} {lat} {ele}</gx:coord>", stamp(k))
+            });
+            let coords: String = coords.collect();
+            let kml = format!("<kml><Placemark><gx:Track>{coords}</gx:Track></Placemark></kml>");
+            let line: Vec<_> = (0..120).map(|k| [place(k).1, place(k).0, place(k).2]).collect();
+            let times: Vec<String> = (0..120).map(stamp).collect();
+            let line = serde_json::json!({"type": "FeatureCollection", "features": [{
+                "type": "Feature", "properties": {"name": "a", "coordTimes": times},
+                "geometry": {"type": "LineString", "coordinates": line}}]});
+            let status = |k: usize| {
+                serde_json::json!({"vin": "A", "createdDateTime": stamp(k),
+                    "triggerType": {"triggerType": "TIMER"}, "hrTotalVehicleDistance": 20 * k,
+                    "engineTotalFuelUsed": 9 * k, "snapshotData": {"wheelBasedSpeed": 72.0,
+                    "gnssPosition": {"latitude": place(k).0, "longitude": place(k).1}}})
+            };
+            let statuses: Vec<_> = (0..120).map(status).collect();
+            let rfms = serde_json::json!({"vehicleStatusResponse": {"vehicleStatuses": statuses}});
+            [
+                named(&["a.gpx", "a.gpx.gz"], &gpx),
+                named(&["a.kml"], &kml),
+                named(&["a.geojson", "b.geojson.zst"], &line.to_string()),
+                named(&["a.json"], &rfms.to_string()),
+            ]
+            .concat()
+        },
+        read_track,
+    ),
+    ("workbooks", || vec![("a.xlsx", workbook()), ("b.xlsx", workbook())], read_track),
+    (
         "weather",
         || {
             let names =
@@ -378,6 +422,60 @@ const READERS: [Reader; 13] = [
     ("whole run directories", || seeds_of_run(true), |path| read_run(path)),
     ("unfinished run directories", || seeds_of_run(false), |path| read_run(path)),
 ];
+
+/// Reads a track in every way.
+fn read_track(path: &Path) -> bool {
+    let as_log = log::read(Source::File(path), &[], &log::roads::NEEDS).is_ok();
+    let as_route = given_cycle::read(path, &[]).is_ok();
+    let as_cycle = drive_cycle::read(Source::File(path), &[]).is_ok();
+    as_log || as_route || as_cycle
+}
+
+/// A workbook with a sheet of a log.
+fn workbook() -> Vec<u8> {
+    let cell =
+        |at: &str, text: &str| format!("<c r=\"{at}\" t=\"inlineStr\"><is><t>{text}</t></is></c>");
+    let mut rows =
+        format!("<row r=\"1\">{}{}</row>", cell("A1", "time_s"), cell("B1", "speed_kmh"));
+    for k in 2..200 {
+        let number =
+            |column: &str, value: usize| format!("<c r=\"{column}{k}\"><v>{value}</v></c>");
+        let cells = number("A", k - 2) + &number("B", 50 + k % 7);
+        write!(rows, "<row r=\"{k}\">{cells}</row>").unwrap();
+    }
+    let space = "http://schemas.openxmlformats.org/";
+    let parts = [
+        (
+            "xl/workbook.xml",
+            format!(
+                "<workbook xmlns=\"{space}spreadsheetml/2006/main\" xmlns:r=\"{space}officeDocument/\
+                 2006/relationships\"><sheets><sheet name=\"log\" sheetId=\"1\" r:id=\"rId1\"/></sheets>\
+                 </workbook>"
+            ),
+        ),
+        (
+            "xl/_rels/workbook.xml.rels",
+            format!(
+                "<Relationships xmlns=\"{space}package/2006/relationships\"><Relationship Id=\"rId1\" \
+                 Type=\"{space}officeDocument/2006/relationships/worksheet\" \
+                 Target=\"worksheets/sheet1.xml\"/></Relationships>"
+            ),
+        ),
+        (
+            "xl/worksheets/sheet1.xml",
+            format!(
+                "<worksheet xmlns=\"{space}spreadsheetml/2006/main\"><sheetData>{rows}</sheetData>\
+                 </worksheet>"
+            ),
+        ),
+    ];
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, text) in parts {
+        archive.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+        archive.write_all(text.as_bytes()).unwrap();
+    }
+    archive.finish().unwrap().into_inner()
+}
 
 /// The files of run directories in both formats; the name says which file is changed.
 fn seeds_of_run(is_whole: bool) -> Seeds {

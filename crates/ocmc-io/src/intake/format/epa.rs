@@ -7,6 +7,7 @@ use crate::intake::Finding;
 /// The format.
 pub(super) const EPA: Format = Format {
     name: "a driving schedule of the EPA",
+    is_track: false,
     is_one: |start| text_of(start).lines().take(HEADING).any(is_heading),
     read: |_, bytes| Ok(cells_of(bytes)),
 };

@@ -17,7 +17,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The format.
-pub(super) const GEOJSON: Format = Format { name: "GeoJSON", is_one, read };
+pub(super) const GEOJSON: Format = Format { name: "GeoJSON", is_track: true, is_one, read };
 
 /// Most bytes: lists of numbers take some times their text in memory.
 const MOST_BYTES: usize = 128 << 20;

@@ -13,6 +13,7 @@ use std::path::Path;
 /// The format.
 pub(super) const GPX: Format = Format {
     name: "GPX",
+    is_track: true,
     is_one: |start| start.trim_ascii_start().starts_with(b"<") && contains(start, b"<gpx"),
     read,
 };

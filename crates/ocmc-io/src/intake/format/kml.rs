@@ -8,6 +8,7 @@ use std::path::Path;
 /// The format.
 pub(super) const KML: Format = Format {
     name: "KML",
+    is_track: true,
     is_one: |start| start.trim_ascii_start().starts_with(b"<") && contains(start, b"<kml"),
     read,
 };

@@ -34,6 +34,8 @@ pub(crate) enum Content {
 pub(crate) struct Format {
     /// Its name in messages.
     pub(crate) name: &'static str,
+    /// Whether it has places over time, and nothing else.
+    pub(crate) is_track: bool,
     /// Whether a file begins so; `start` has up to [`LOOKED_AT`] bytes.
     is_one: fn(start: &[u8]) -> bool,
     read: fn(path: &Path, bytes: &[u8]) -> Result<Content, String>,

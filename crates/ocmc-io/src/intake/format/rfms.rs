@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The format.
-pub(super) const RFMS: Format = Format { name: "rFMS", is_one, read };
+pub(super) const RFMS: Format = Format { name: "rFMS", is_track: true, is_one, read };
 
 /// Most bytes: a message takes some times its text in memory.
 const MOST_BYTES: usize = 128 << 20;

@@ -11,8 +11,12 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 /// The format.
-pub(super) const WORKBOOK: Format =
-    Format { name: "a workbook", is_one: |start| start.starts_with(b"PK\x03\x04"), read };
+pub(super) const WORKBOOK: Format = Format {
+    name: "a workbook",
+    is_track: false,
+    is_one: |start| start.starts_with(b"PK\x03\x04"),
+    read,
+};
 
 /// Most bytes of all parts of a workbook.
 const MOST_BYTES: u64 = 192 << 20;

@@ -370,6 +370,15 @@ pub fn is_table(path: &Path) -> bool {
 /// Whether a file is one of the formats that are read as tables by its first bytes; what cannot be
 /// read is none.
 pub fn is_of_format(path: &Path) -> bool {
+    format_of(path).is_some()
+}
+
+/// Whether a file is a track or an export of positions by its first bytes.
+pub(crate) fn is_track(path: &Path) -> bool {
+    format_of(path).is_some_and(|format| format.is_track)
+}
+
+fn format_of(path: &Path) -> Option<&'static Format> {
     let start = || {
         let file = BufReader::new(input_file::open(path)?);
         let (text, _) = decompressed(file)?;
@@ -377,7 +386,7 @@ pub fn is_of_format(path: &Path) -> bool {
         text.take(format::LOOKED_AT as u64).read_to_end(&mut start)?;
         std::io::Result::Ok(start)
     };
-    start().is_ok_and(|start| format::recognise(&start).is_some())
+    start().ok().and_then(|start| format::recognise(&start))
 }
 
 #[cfg(test)]
