@@ -143,12 +143,34 @@ pub enum GivenCycleError {
         /// Its position, in m.
         position_m: f64,
     },
+    /// An object of a map of which it is not known what happens there.
+    #[error(
+        "there is a `{object}` at {position_m} m, and nothing says what happens there: give its \
+         standstill, `stop_s`, or have it drawn, `--draw stops`"
+    )]
+    OpenPlace {
+        /// The object.
+        object: &'static str,
+        /// Its position, in m.
+        position_m: f64,
+    },
     /// A road that is too short or too long.
     #[error("the road is {length_m} m long, allowed is 200 m to 5000000 m")]
     Length {
         /// Its length, in m.
         length_m: f64,
     },
+}
+
+impl GivenCycleError {
+    /// Of a road without speed limits.
+    pub fn no_limits() -> Self {
+        Self::Missing {
+            track: "speed_limit_mps".to_owned(),
+            purpose: "without a limit it is not known how fast to drive; give it, or have it drawn \
+                      from the study's road types, `--draw limits`",
+        }
+    }
 }
 
 /// A given operating cycle, checked.
@@ -158,12 +180,16 @@ pub struct GivenCycle {
     pub length_m: f64,
     /// Where road types begin, in m, and their names; none where the file has none.
     pub road_types: Option<Vec<(f64, String)>>,
-    /// Where speed limits begin, in m, and the limits, in m/s.
+    /// Where speed limits begin, in m, and the limits, in m/s; empty where they have to be drawn.
     pub limits: Vec<(f64, f64)>,
     /// Altitude over position, linear between the points, both in m.
     pub altitude: Vec<(f64, f64)>,
+    /// Whether the climb is that of slopes, which are known everywhere, and not of altitudes.
+    pub has_slopes: bool,
     /// Curves.
     pub curves: Vec<Curve>,
+    /// Whether the file says nothing of curves.
+    pub lacks_curves: bool,
     /// Roughness coefficients, in m³, from their positions on; none where the file has none.
     pub roughness: Option<Vec<(f64, f64)>>,
     /// Grounds from their positions on; none where the file has none.
@@ -172,6 +198,9 @@ pub struct GivenCycle {
     pub heading_rad: Option<f64>,
     /// Events, in order.
     pub events: Vec<PointEvent>,
+    /// Places of which it is known what stands there, by its name as an object of a map, and not
+    /// what happens.
+    pub open_places: Vec<(f64, &'static str)>,
     /// Weather; none where the file has none.
     pub weather: Option<Vec<WeatherStretch>>,
     /// Traffic; none where the file has none.
@@ -206,6 +235,18 @@ impl GivenCycle {
     /// # Errors
     /// [`GivenCycleError`] names the track, the place and what is allowed.
     pub fn from_tracks(tracks: &[Track], length_m: Option<f64>) -> Result<Self, GivenCycleError> {
+        let cycle = Self::from_partial_tracks(tracks, length_m)?;
+        if cycle.limits.is_empty() { Err(GivenCycleError::no_limits()) } else { Ok(cycle) }
+    }
+
+    /// As [`Self::from_tracks`], of a road whose limits may have to be drawn.
+    ///
+    /// # Errors
+    /// As [`Self::from_tracks`].
+    pub fn from_partial_tracks(
+        tracks: &[Track],
+        length_m: Option<f64>,
+    ) -> Result<Self, GivenCycleError> {
         for (k, track) in tracks.iter().enumerate() {
             if tracks[..k].iter().any(|other| other.name == track.name) {
                 return Err(GivenCycleError::Twice { track: track.name.to_owned() });
@@ -221,22 +262,20 @@ impl GivenCycle {
         let numbers = |name: &str, minimum: f64, maximum: f64| -> Result<Option<_>, _> {
             find(name).map(|track| numbers_of(track, minimum, maximum)).transpose()
         };
-        let limits = numbers("speed_limit_mps", 1.0, 70.0)?.ok_or(GivenCycleError::Missing {
-            track: "speed_limit_mps".to_owned(),
-            purpose: "without a limit it is not known how fast to drive",
-        })?;
+        let limits = numbers("speed_limit_mps", 1.0, 70.0)?.unwrap_or_default();
         let road_types = find("road_type").map(words_of).transpose()?;
         let roughness = numbers("roughness_m3", 0.0, 0.1)?;
         let grounds = find("ground").map(grounds_of).transpose()?;
-        let altitude = match (
-            numbers("grade", -STEEPEST, STEEPEST)?,
-            numbers("altitude_m", -500.0, 9000.0)?,
-        ) {
+        let grades = numbers("grade", -STEEPEST, STEEPEST)?;
+        let has_slopes = grades.is_some();
+        let altitude = match (grades, numbers("altitude_m", -500.0, 9000.0)?) {
             (Some(grades), _) => climbed(&grades, length_m),
             (None, Some(points)) => points,
             (None, None) => vec![(0.0, 0.0)],
         };
-        let curvature = numbers("curvature_per_m", -0.5, 0.5)?.unwrap_or_default();
+        let curvature = numbers("curvature_per_m", -0.5, 0.5)?;
+        let lacks_curves = curvature.is_none();
+        let curvature = curvature.unwrap_or_default();
         let traffic = numbers("traffic_density_per_m", 0.0, 0.5)?.map(|points| {
             let stretch = |(start_m, density_per_m)| TrafficStretch { start_m, density_per_m };
             points.into_iter().map(stretch).collect()
@@ -258,11 +297,14 @@ impl GivenCycle {
             road_types,
             limits,
             altitude,
+            has_slopes,
             curves: curves_of(&curvature, length_m),
+            lacks_curves,
             roughness,
             grounds,
             heading_rad: None,
             events,
+            open_places: Vec::new(),
             weather: weather_of(&numbers)?,
             traffic,
             payload_kg: payload.map(|points| points[0].1),

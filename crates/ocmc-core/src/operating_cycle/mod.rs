@@ -6,6 +6,7 @@
 //! of position alone.
 
 pub mod coverage;
+pub mod drawn_part;
 pub mod given;
 pub mod mission;
 pub mod mission_part;
