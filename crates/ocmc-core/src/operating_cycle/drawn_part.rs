@@ -9,7 +9,7 @@
 //! not, the types are drawn given the signs ([`super::road::types_of_signs`]).
 
 use super::given::{GivenCycle, held, merge_events};
-use super::road::point_event::{EventDeclaration, KINDS, PointEvent, is_left_out};
+use super::road::point_event::{EventDeclaration, EventKind, KINDS, PointEvent, is_left_out};
 use super::road::road_type::Section;
 use super::road::speed_sign::SpeedSign;
 use super::road::surface::Ground;
@@ -56,6 +56,17 @@ impl Draw {
     }
 }
 
+/// What a file lacks of a route: stops always, for no file has all kinds of them.
+pub fn lacking(cycle: &GivenCycle) -> Vec<Draw> {
+    let lacks = |part: &Draw| match part {
+        Draw::Stops => true,
+        Draw::Limits => cycle.limits.is_empty(),
+        Draw::Hills => hills_of(cycle).is_some(),
+        Draw::Curves => cycle.lacks_curves,
+    };
+    Draw::ALL.into_iter().filter(lacks).collect()
+}
+
 /// The parts of one route that are drawn.
 #[derive(Clone, Debug)]
 pub(super) struct DrawnParts {
@@ -96,14 +107,13 @@ struct Gap {
 impl DrawnParts {
     /// The parts that are to be drawn and are lacking; none where there is nothing to draw.
     pub(super) fn of(cycle: &GivenCycle, draw: &[Draw], road: &RoadSampler) -> Option<Self> {
-        let has = |part| draw.contains(&part);
-        let limits = has(Draw::Limits) && cycle.limits.is_empty();
-        let curves = has(Draw::Curves) && cycle.lacks_curves;
-        let hills = if has(Draw::Hills) { hills_of(cycle) } else { None };
-        let stops = has(Draw::Stops);
-        if !(limits || curves || stops || hills.is_some()) {
+        let lacking = lacking(cycle);
+        if !lacking.iter().any(|part| draw.contains(part)) {
             return None;
         }
+        let has = |part| draw.contains(&part) && lacking.contains(&part);
+        let [limits, stops, curves] = [Draw::Limits, Draw::Stops, Draw::Curves].map(has);
+        let hills = if has(Draw::Hills) { hills_of(cycle) } else { None };
         let types = if cycle.road_types.is_some() || road.types().len() == 1 {
             Types::Given
         } else if cycle.limits.is_empty() {
@@ -198,7 +208,8 @@ impl DrawnParts {
         if self.curves {
             for event in &mut given {
                 let kind = KINDS.into_iter().find(|kind| kind.includes(&event.kind));
-                let mark = kind.and_then(|kind| mark_at(kind, event.position_m, sampler, streams, road));
+                let mark =
+                    kind.and_then(|kind| mark_at(kind, event.position_m, sampler, streams, road));
                 event.turns = mark.is_some_and(|(_, turns)| turns);
             }
         }
@@ -228,7 +239,7 @@ fn mark_at(
     sampler: &RoadSampler,
     streams: &Streams,
     road: &Road,
-) -> Option<(super::road::point_event::EventKind, bool)> {
+) -> Option<(EventKind, bool)> {
     let model = kind.model?;
     let section = road.sections.iter().find(|section| position_m < section.end_m)?;
     let mut draws = streams.open(model.stream);

@@ -146,13 +146,15 @@ pub enum GivenCycleError {
     /// An object of a map of which it is not known what happens there.
     #[error(
         "there is a `{object}` at {position_m} m, and nothing says what happens there: give its \
-         standstill, `stop_s`, or have it drawn, `--draw stops`"
+         standstill, `stop_s`{or_draw}"
     )]
     OpenPlace {
         /// The object.
         object: &'static str,
         /// Its position, in m.
         position_m: f64,
+        /// How it is drawn instead, where it can be.
+        or_draw: &'static str,
     },
     /// A road that is too short or too long.
     #[error("the road is {length_m} m long, allowed is 200 m to 5000000 m")]

@@ -10,7 +10,7 @@ use super::OperatingCycle;
 use super::drawn_part::{Draw, DrawnParts, grounds_of};
 use super::given::{GivenCycle, GivenCycleError, STEEPEST, held, merge_events};
 use crate::operating_cycle::mission::Mission;
-use crate::operating_cycle::road::point_event::{EventKind, PointEvent, is_left_out};
+use crate::operating_cycle::road::point_event::{EventKind, KINDS, PointEvent, is_left_out};
 use crate::operating_cycle::road::road_type::Section;
 use crate::operating_cycle::road::speed_sign::SpeedSign;
 use crate::operating_cycle::road::surface::Ground;
@@ -135,17 +135,19 @@ impl Route {
         if cycle.limits.is_empty() && !draw.contains(&Draw::Limits) {
             return Err(GivenCycleError::no_limits());
         }
-        let open = cycle.open_places.first().filter(|_| !draw.contains(&Draw::Stops));
-        if let Some(&(position_m, object)) = open {
-            return Err(GivenCycleError::OpenPlace { object, position_m });
+        for &(position_m, object) in &cycle.open_places {
+            let can = KINDS.iter().any(|kind| kind.map_object == object && kind.model.is_some());
+            if !(can && draw.contains(&Draw::Stops)) {
+                let or_draw = if can { ", or have it drawn, `--draw stops`" } else { "" };
+                return Err(GivenCycleError::OpenPlace { object, position_m, or_draw });
+            }
         }
         let drawn = DrawnParts::of(&cycle, draw, road);
         let (sections, grounds) = match &drawn {
             Some(drawn) if drawn.draws_types() => (Vec::new(), None),
             _ => sections_of(&cycle, names)?,
         };
-        let signs =
-            if cycle.limits.is_empty() { Vec::new() } else { signs_of(&cycle, &sections) };
+        let signs = if cycle.limits.is_empty() { Vec::new() } else { signs_of(&cycle, &sections) };
         let (step_m, block_m) = (road.slope_step_m(), road.roughness_block_m());
         let steps = libm::ceil(cycle.length_m / step_m) as usize;
         let slopes = (0..steps).map(|k| {

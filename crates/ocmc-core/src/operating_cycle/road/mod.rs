@@ -21,8 +21,8 @@ use crate::switch::ModelSwitch;
 use crate::validation::Problems;
 use curvature::{Curve, CurveModel, merge_turns};
 use point_event::{
-    EventKind, GiveWayModel, JunctionTurnModel, KINDS, PointEvent, RailwayCrossingModel, SpeedBumpModel,
-    StopSignModel, TrafficLightModel, space_out,
+    EventKind, GiveWayModel, JunctionTurnModel, KINDS, PointEvent, RailwayCrossingModel,
+    SpeedBumpModel, StopSignModel, TrafficLightModel, space_out,
 };
 use road_type::{RoadTypeChain, Section};
 use schemars::JsonSchema;
@@ -31,8 +31,8 @@ use speed_sign::{SpeedSign, SpeedSignChain, SpeedSignModel};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use surface::{Ground, GroundModel, RoughnessModel};
-use types_of_signs::TypesOfSigns;
 use topography::{ClimbRule, TopographyModel, bridge, sample_slopes};
+use types_of_signs::TypesOfSigns;
 use vehicle_class::VehicleClass;
 
 /// Statistical description of roads.

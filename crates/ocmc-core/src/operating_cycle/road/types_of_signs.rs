@@ -133,8 +133,11 @@ impl TypesOfSigns {
                 for begun in young.iter_mut().filter(|begun| begun.place < place) {
                     begun.weight *= rates[begun.road_type].changes;
                 }
-                let to_m =
-                    if part as f64 == parts { end_m } else { start_m + (part as f64 + 0.5) * part_m };
+                let to_m = if part as f64 == parts {
+                    end_m
+                } else {
+                    start_m + (part as f64 + 0.5) * part_m
+                };
                 let keep: Vec<f64> =
                     seen.iter().map(|s| libm::exp(-s.exit_per_m * (to_m - from_m))).collect();
                 let mut total = 0.0;
@@ -232,8 +235,12 @@ impl TypesOfSigns {
                 return sections;
             }
             let place = &self.places[begun];
-            let from: Vec<f64> =
-                place.ends.iter().zip(&self.next).map(|(end, next)| end * next[road_type]).collect();
+            let from: Vec<f64> = place
+                .ends
+                .iter()
+                .zip(&self.next)
+                .map(|(end, next)| end * next[road_type])
+                .collect();
             road_type = draws.index(&from);
             (end_m, at) = (start_m, begun);
         }
