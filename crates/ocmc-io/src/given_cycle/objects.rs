@@ -52,3 +52,60 @@ impl Objects {
         cycle.open_places = self.open.into_iter().filter(|place| is_between(place.0)).collect();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::given_cycle::route::read;
+    use crate::intake::table::{Source, TableError};
+    use ocmc_core::operating_cycle::drawn_part::Draw;
+    use ocmc_core::operating_cycle::given::GivenCycle;
+    use ocmc_core::operating_cycle::road::point_event::EventKind;
+    use std::path::Path;
+
+    fn parse(text: &str, draw: &[Draw]) -> Result<GivenCycle, TableError> {
+        read(Source::Text(Path::new("r.csv"), text), &[], draw).map(|(cycle, _)| cycle)
+    }
+
+    #[test]
+    fn objects_have_their_standstills_or_none() {
+        let text = "position_m,speed_limit_kmh,stop_s,map_object\n0,50,,stop_sign\n\
+                    100,50,12,traffic_light\n200,50,,traffic_light\n300,50,9,\n\
+                    400,50,5,speed_bump\n500,50,60,mission_stop\n600,50,,\n";
+        let cycle = parse(text, &[]).unwrap();
+        let kinds: Vec<(f64, EventKind)> =
+            cycle.events.iter().map(|event| (event.position_m, event.kind)).collect();
+        let wanted = [
+            (100.0, EventKind::RedLight { standstill_s: 12.0 }),
+            (300.0, EventKind::StopSign { standstill_s: 9.0 }),
+            // nobody stops for a bump: a stop line beside it
+            (400.0, EventKind::StopSign { standstill_s: 5.0 }),
+            (500.0, EventKind::MissionStop { standstill_s: 60.0 }),
+        ];
+        assert_eq!(kinds, wanted);
+        assert_eq!(cycle.open_places, [(200.0, "traffic_light"), (400.0, "speed_bump")]);
+        let fault = parse(&text.replace(",speed_bump", ",gate"), &[]).unwrap_err().to_string();
+        assert!(fault.contains("`gate`") && fault.contains("railway_crossing"), "{fault}");
+    }
+
+    #[test]
+    fn a_plan_of_places_needs_no_limits_where_they_are_drawn() {
+        let plan = "position_m\n0\n62000\n";
+        let fault = parse(plan, &[Draw::Stops]).unwrap_err();
+        assert!(fault.to_string().contains("speed limit"), "{fault}");
+        assert!(fault.help().is_some_and(|help| help.contains("--draw limits")), "{fault:?}");
+        let cycle = parse(plan, &Draw::ALL).unwrap();
+        assert!(cycle.limits.is_empty() && cycle.lacks_curves && cycle.length_m == 62_000.0);
+        // places far apart, with the way between them: no curves, and no beelines
+        let places = "lat,lon,position_m\n52.0,9.0,0\n52.1,9.1,17000\n52.3,9.1,42000\n\
+                      52.3,9.5,76000\n52.6,9.4,115000\n52.9,9.4,152000\n53.0,9.9,190000\n";
+        let cycle = parse(places, &Draw::ALL).unwrap();
+        assert!(cycle.lacks_curves && cycle.curves.is_empty() && cycle.length_m == 190_000.0);
+        assert!(cycle.heading_rad.is_some());
+        let without_way: String = places
+            .lines()
+            .map(|line| line.rsplit_once(',').map_or(line, |parts| parts.0).to_owned() + "\n")
+            .collect();
+        let fault = parse(&without_way, &Draw::ALL).unwrap_err().to_string();
+        assert!(fault.contains("beelines") && fault.contains("position_m"), "{fault}");
+    }
+}
