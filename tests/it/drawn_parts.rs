@@ -25,11 +25,8 @@ fn a_plan_of_places_and_kilometres_is_the_study_on_roads_of_that_length() {
     let length = ["--set", "mission.length_m=62000"];
     ocmc(&[&length[..], &run, &[own_out]].concat()).assert().success();
     let draw = ["--draw", "stops,limits", "--draw", "hills,curves"];
-    let output = driven(
-        folder.path(),
-        "position_m\n0\n62000\n",
-        &[&draw[..], &run, &[plan_out]].concat(),
-    );
+    let output =
+        driven(folder.path(), "position_m\n0\n62000\n", &[&draw[..], &run, &[plan_out]].concat());
     assert!(output.status.success(), "{}", errors(&output));
     let records = [&own, &plan].map(|path| fs::read_to_string(path.join("records.csv")).unwrap());
     assert_eq!(records[0].lines().count(), 21);

@@ -270,10 +270,10 @@ impl GivenCycle {
         let grounds = find("ground").map(grounds_of).transpose()?;
         let grades = numbers("grade", -STEEPEST, STEEPEST)?;
         let has_slopes = grades.is_some();
-        let altitude = match (grades, numbers("altitude_m", -500.0, 9000.0)?) {
-            (Some(grades), _) => climbed(&grades, length_m),
-            (None, Some(points)) => points,
-            (None, None) => vec![(0.0, 0.0)],
+        // beside slopes altitudes tell nothing more, and those of a drawn road begin at 0
+        let altitude = match grades {
+            Some(grades) => climbed(&grades, length_m),
+            None => numbers("altitude_m", -500.0, 9000.0)?.unwrap_or(vec![(0.0, 0.0)]),
         };
         let curvature = numbers("curvature_per_m", -0.5, 0.5)?;
         let lacks_curves = curvature.is_none();
@@ -557,6 +557,13 @@ mod tests {
             assert!((b.altitude_m(x) - 100.0 - a.altitude_m(x)).abs() < 1e-9, "{x}");
         }
         assert_eq!((a.length_m, b.length_m), (1000.0, 1000.0));
+        assert!(a.has_slopes && !b.has_slopes);
+        // a drawn road of 300 km may end far below its start
+        let below = track("altitude_m", Rule::Linear, &[(0.0, 0.0), (1000.0, -900.0)]);
+        let grades = track("grade", Rule::Constant, &[(0.0, 0.02), (300.0, -0.01)]);
+        let both = GivenCycle::from_tracks(&[limit(), grades, below.clone()], None).unwrap();
+        assert_eq!(both.altitude, a.altitude);
+        assert!(GivenCycle::from_tracks(&[limit(), below], None).is_err());
     }
 
     #[test]

@@ -43,7 +43,8 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
     let km = cycle.length_m / 1000.0;
     let file = path.display();
     let slopes = unlike_a_road::slopes(cycle);
-    let climb_m: f64 = slopes.iter().map(|(way_m, slope)| (way_m * slope).max(0.0)).sum();
+    let climb_m =
+        slopes.iter().fold(0.0, |sum: f64, (way_m, slope)| sum + (way_m * slope).max(0.0));
     let steepest = slopes.iter().fold(0.0, |most: f64, (_, slope)| most.max(slope.abs()));
     let stops = cycle.events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
     let limits = cycle.limits.iter().map(|limit| limit.1);

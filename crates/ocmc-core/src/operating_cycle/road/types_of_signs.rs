@@ -75,8 +75,6 @@ struct Seen {
     share: f64,
     /// Rate of its change to any other, per m.
     exit_per_m: f64,
-    /// Index of its face; none for a type without it.
-    face: Option<usize>,
 }
 
 impl TypesOfSigns {
@@ -100,7 +98,7 @@ impl TypesOfSigns {
         let mut young: Vec<Begun> = Vec::new();
         let mut carried = vec![0.0; types];
         for (k, &(start_m, end_m, speed_mps)) in stretches.iter().enumerate() {
-            let seen: Vec<Seen> = signs.iter().map(|signs| seen(signs, speed_mps)).collect();
+            let seen = seen(signs, speed_mps);
             let before = k.checked_sub(1).map(|before| stretches[before].2);
             let parts = libm::ceil((end_m - start_m) / apart_m).max(1.0);
             let part_m = (end_m - start_m) / parts;
@@ -276,16 +274,20 @@ fn stretches(
     stretches
 }
 
-/// What the signs of a type say of one.
-fn seen(signs: &SpeedSignChain, speed_mps: f64) -> Seen {
-    match face_of(signs, speed_mps) {
-        Some(face) => Seen {
-            share: signs.share()[face].max(FOREIGN),
-            exit_per_m: signs.rate_per_m()[face].iter().sum(),
-            face: Some(face),
-        },
-        None => Seen { share: FOREIGN, exit_per_m: signs.flux_per_m(), face: None },
-    }
+/// What the signs of each type say of one. A type without it never holds it for longer than one
+/// that has it would.
+fn seen(signs: &[SpeedSignChain], speed_mps: f64) -> Vec<Seen> {
+    let exit_per_m = |signs: &SpeedSignChain| {
+        face_of(signs, speed_mps).map(|face| signs.rate_per_m()[face].iter().sum::<f64>())
+    };
+    let soonest_per_m = signs.iter().filter_map(exit_per_m).fold(0.0, f64::max);
+    let of_type = |signs: &SpeedSignChain| match (face_of(signs, speed_mps), exit_per_m(signs)) {
+        (Some(face), Some(exit_per_m)) => {
+            Seen { share: signs.share()[face].max(FOREIGN), exit_per_m }
+        }
+        _ => Seen { share: FOREIGN, exit_per_m: soonest_per_m },
+    };
+    signs.iter().map(of_type).collect()
 }
 
 fn face_of(signs: &SpeedSignChain, speed_mps: f64) -> Option<usize> {
@@ -295,6 +297,6 @@ fn face_of(signs: &SpeedSignChain, speed_mps: f64) -> Option<usize> {
 /// Rate of a change from one sign to another within a type, per m.
 fn changes_per_m(signs: &SpeedSignChain, from_mps: f64, to_mps: f64) -> f64 {
     let least = FOREIGN * signs.flux_per_m().max(FOREIGN);
-    let known = seen(signs, from_mps).face.zip(face_of(signs, to_mps));
+    let known = face_of(signs, from_mps).zip(face_of(signs, to_mps));
     known.map_or(0.0, |(from, to)| signs.rate_per_m()[from][to]).max(least)
 }
