@@ -48,12 +48,11 @@ fn read_at(
     path: &Path,
     built_in: Option<&str>,
 ) -> Result<GivenCycle, TableError> {
-    let cycle = match built_in {
-        Some(text) => given_cycle::read_tracks(path, text)?,
-        None => {
-            let mappings = Mapping::of_columns(&route.columns)?;
-            given_cycle::read_to_draw(path, &mappings, &route.draw)?.0
-        }
+    let cycle = if let Some(text) = built_in {
+        given_cycle::read_tracks(path, text)?
+    } else {
+        let mappings = Mapping::of_columns(&route.columns)?;
+        given_cycle::read_to_draw(path, &mappings, &route.draw)?.0
     };
     let found = given_cycle::file_hash(path)?;
     if let Some(wanted) = route.sha256.take_if(|wanted| *wanted != found) {

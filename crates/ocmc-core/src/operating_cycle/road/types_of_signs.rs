@@ -25,7 +25,7 @@ const APART_M: f64 = 250.0;
 const MOST_PLACES: f64 = 4000.0;
 /// Share of a sign on a type that has none such: where a file's signs leave no type, the likeliest
 /// is still drawn.
-const FOREIGN: f64 = 1.0e-6;
+const FOREIGN: f64 = 1.0e-12;
 /// Faces that differ by less are one, in m/s.
 const SAME_FACE_MPS: f64 = 0.1;
 /// Rounding of lengths, in m.
@@ -148,8 +148,10 @@ impl TypesOfSigns {
                     total += begun.weight;
                 }
                 if total > 0.0 {
-                    carried.iter_mut().for_each(|weight| *weight /= total);
-                    young.iter_mut().for_each(|begun| begun.weight /= total);
+                    let of_begun = young.iter_mut().map(|begun| &mut begun.weight);
+                    for weight in carried.iter_mut().chain(of_begun) {
+                        *weight /= total;
+                    }
                 }
                 from_m = to_m;
             }
