@@ -16,7 +16,6 @@ use super::road::surface::Ground;
 use super::road::topography::{bridge, sample_slopes};
 use super::road::types_of_signs::TypesOfSigns;
 use super::road::{Road, RoadSampler};
-use super::route::signs_of;
 use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
@@ -244,6 +243,18 @@ fn mark_at(
     let section = road.sections.iter().find(|section| position_m < section.end_m)?;
     let mut draws = streams.open(model.stream);
     (model.mark)(&sampler.types()[section.road_type], draws.at(position_m as u64))
+}
+
+/// A sign at each limit, and one where a section begins: there the free-flow clock reads the road
+/// type.
+pub(super) fn signs_of(cycle: &GivenCycle, sections: &[Section]) -> Vec<SpeedSign> {
+    let mut starts: Vec<f64> = cycle.limits.iter().map(|limit| limit.0).collect();
+    starts.extend(sections.iter().map(|section| section.start_m));
+    starts.retain(|start_m| *start_m < cycle.length_m);
+    starts.sort_by(f64::total_cmp);
+    starts.dedup();
+    let sign = |start_m| SpeedSign { start_m, speed_mps: held(&cycle.limits, start_m) };
+    starts.into_iter().map(sign).collect()
 }
 
 /// Draws the signs of each road type's stretches, and puts one where a section begins: there the

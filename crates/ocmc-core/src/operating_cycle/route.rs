@@ -7,7 +7,7 @@
 //! 80 to 90 km/h on motorways).
 
 use super::OperatingCycle;
-use super::drawn_part::{Draw, DrawnParts, grounds_of};
+use super::drawn_part::{Draw, DrawnParts, grounds_of, signs_of};
 use super::given::{GivenCycle, GivenCycleError, STEEPEST, held, merge_events};
 use crate::operating_cycle::mission::Mission;
 use crate::operating_cycle::road::point_event::{EventKind, KINDS, PointEvent, is_left_out};
@@ -349,16 +349,4 @@ pub fn type_by_limit(limit_mps: f64) -> &'static str {
     } else {
         "motorway"
     }
-}
-
-/// A sign at each limit, and one where a section begins: there the free-flow clock reads the road
-/// type.
-pub(super) fn signs_of(cycle: &GivenCycle, sections: &[Section]) -> Vec<SpeedSign> {
-    let mut starts: Vec<f64> = cycle.limits.iter().map(|limit| limit.0).collect();
-    starts.extend(sections.iter().map(|section| section.start_m));
-    starts.retain(|start_m| *start_m < cycle.length_m);
-    starts.sort_by(f64::total_cmp);
-    starts.dedup();
-    let sign = |start_m| SpeedSign { start_m, speed_mps: held(&cycle.limits, start_m) };
-    starts.into_iter().map(sign).collect()
 }
