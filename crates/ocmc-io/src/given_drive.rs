@@ -136,6 +136,8 @@ impl GivenDrive {
         draw: Vec<Draw>,
         follow: Option<Follow>,
     ) -> Result<Self, GivenDriveError> {
+        // the order in which parts are named makes no other run
+        let draw: Vec<Draw> = Draw::ALL.into_iter().filter(|part| draw.contains(part)).collect();
         let (how, read) = match follow {
             None => (How::Driven, None),
             Some(follow) => followed(&files, &mappings, &draw, follow)?,
