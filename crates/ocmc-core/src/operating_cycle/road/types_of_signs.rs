@@ -1,17 +1,17 @@
 //! Road types of a road whose signs are known: drawn from their law given all the signs.
 //!
 //! The types are the hidden states of a semi-Markov chain (`road_type.rs`), the signs are what is
-//! seen of them (`speed_sign.rs`). A stretch of one sign has, under a type, the likelihood exp(-q L),
-//! q the rate at which the sign changes; a change of the sign has that of its rate where the type
-//! stays, and where it changes that of the type's end times the share of the new sign. Between
-//! signs a type may end, too, unseen: at places up to 250 m apart. A stretch of a type is at least
-//! as long as its shortest one.
+//! seen of them (`speed_sign.rs`). A stretch of one sign has, under a type, the likelihood
+//! exp(-q L), q the rate at which the sign changes; a change of the sign has that of its rate where
+//! the type stays, and where it changes that of the type's end times the share of the new sign.
+//! Between signs a type may end, too, unseen: at places up to 250 m apart. A stretch of a type is at
+//! least as long as its shortest one.
 //!
 //! The weights of all beginnings up to a place are summed forward, and types are drawn backward
 //! from the end of the road: draws from the exact law, but for the places between signs.
 //!
-//! Method: forward filtering and backward sampling (L. Rabiner, Proc. IEEE 77 (1989); Yu, Artificial
-//! Intelligence 174 (2010), for states with durations).
+//! Method: forward filtering and backward sampling (L. Rabiner, Proc. IEEE 77 (1989); S.-Z. Yu,
+//! Artificial Intelligence 174 (2010), for states with durations).
 //!
 //! Checked: of signs that roads of a chain have, the types that are drawn have the shares of the
 //! roads' own, by sign, for seeds 1, 2 and 3; and two types without a sign in common are found.
