@@ -133,11 +133,12 @@ impl GivenDrive {
         files: Vec<PathBuf>,
         mappings: Vec<Mapping>,
         keep: Vec<Keep>,
-        draw: Vec<Draw>,
+        mut draw: Vec<Draw>,
         follow: Option<Follow>,
     ) -> Result<Self, GivenDriveError> {
         // the order in which parts are named makes no other run
-        let draw: Vec<Draw> = Draw::ALL.into_iter().filter(|part| draw.contains(part)).collect();
+        draw.sort_by_key(|part| Draw::ALL.iter().position(|known| known == part));
+        draw.dedup();
         let (how, read) = match follow {
             None => (How::Driven, None),
             Some(follow) => followed(&files, &mappings, &draw, follow)?,
