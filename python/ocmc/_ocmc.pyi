@@ -238,6 +238,7 @@ class Study:
         cycles: SupportsIndex,
         columns: _Columns = None,
         keep: Sequence[Literal["weather", "traffic", "mission"]] | None = None,
+        draw: Sequence[Literal["stops", "limits", "hills", "curves"]] | None = None,
         follow_speed: Literal["driver", "exact"] | None = None,
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,

@@ -60,7 +60,7 @@ fn open_share(record: &Record, sum: &FollowedCycle) -> f64 {
 fn forty_tonnes_on_long_haul_between_1_1_and_1_5_kwh_per_km() {
     let Some(file) = shared("vecto/cycles/LongHaul.vdri") else { return };
     let loaded = load(CASE, &[] as &[&str]).unwrap();
-    let given = loaded.on_routes(&[file], &[], &[]).unwrap();
+    let given = loaded.on_routes(&[file], &[], &[], &[]).unwrap();
     let (record, sum) = follow_planned(&given.study, 1, 0);
     let kwh = record.consumption(Carrier::Electricity).unwrap();
     println!(
@@ -81,8 +81,10 @@ fn a_driver_takes_the_same_truck_over_long_haul() {
     let Some(file) = shared("vecto/cycles/LongHaul.vdri") else { return };
     for area_m2 in ["5.0", "5.3", "5.8"] {
         let drag = format!("vehicle.drag_area_m2={area_m2}");
-        let given =
-            load(CASE, &[drag]).unwrap().on_routes(std::slice::from_ref(&file), &[], &[]).unwrap();
+        let given = load(CASE, &[drag])
+            .unwrap()
+            .on_routes(std::slice::from_ref(&file), &[], &[], &[])
+            .unwrap();
         let driven = drive_scenario(&given.study, given.study.sample(1, 0));
         let followed = follow_planned(&given.study, 1, 0).0;
         let kwh = |record: &Record| record.consumption(Carrier::Electricity).unwrap();

@@ -99,6 +99,9 @@ fn routes_and_tracks() {
     ] {
         judged(&folder, &["drive"], file, &ROUTE, &right);
     }
+    let draw = ["--draw", "limits,stops", "--study", "field-truck-loaded", "--cycles", "20"];
+    judged(&folder, &["drive"], "c34_track.gpx", &draw, &Says("5.98"));
+    judged(&folder, &["drive"], "c34_track.geojson", &draw, &Says("5.98"));
     let follow = ["--follow-speed", "exact", "--study", "field-truck-loaded", "--cycles", "2"];
     judged(&folder, &["drive"], "c34_track.gpx", &follow, &Says("implied-speed"));
     let fit = ["fit", "operating-cycle"];

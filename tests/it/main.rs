@@ -26,6 +26,7 @@ mod common;
 mod cost;
 mod determinism;
 mod doubt;
+mod drawn_parts;
 mod electric;
 mod energy_balance;
 mod fit;

@@ -217,10 +217,15 @@ fn a_cycle_that_is_written_is_driven_again_with_its_parts() {
     // a study that says nothing of stops takes what the file says; one that keeps its own payload
     // has the work of the body alone
     let base = self::study("urban-delivery", &["mission.payload_kg=3000"]);
-    let again = base.clone().with_routes(vec![(given.clone(), 1.0, keep)]).unwrap().sample(9, 9);
+    let again = base
+        .clone()
+        .with_routes(vec![(given.clone(), 1.0, keep, Vec::new())])
+        .unwrap()
+        .sample(9, 9);
     assert_eq!(again.cycle.mission.parts, given.parts);
     assert_eq!(again.loads.len(), given.parts.len());
-    let own = base.with_routes(vec![(given.clone(), 1.0, Vec::new())]).unwrap().sample(9, 9);
+    let own =
+        base.with_routes(vec![(given.clone(), 1.0, Vec::new(), Vec::new())]).unwrap().sample(9, 9);
     assert!(own.cycle.mission.parts.iter().all(|part| part.payload_kg == 3000.0));
     let works =
         |parts: &[MissionPart]| parts.iter().map(MissionPart::power_take_off_j).sum::<f64>();

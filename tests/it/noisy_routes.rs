@@ -79,7 +79,7 @@ fn write_log(path: &Path, study: &Study, cycle_id: u64, noise_m: f64) {
 /// Fuel of 20 trips on a route, in kg/m.
 fn fuel(path: &Path) -> f64 {
     let loaded = studies::load("field-truck", &[] as &[&str]).unwrap();
-    let study = loaded.on_routes(&[path.to_owned()], &[], &[]).unwrap().study;
+    let study = loaded.on_routes(&[path.to_owned()], &[], &[], &[]).unwrap().study;
     let records = run(&study, 20);
     assert!(records.iter().all(|record| record.outcome.counts()), "{}", path.display());
     let total = |of: fn(&ocmc_core::record::Record) -> f64| records.iter().map(of).sum::<f64>();

@@ -60,7 +60,7 @@ fn road(folder: &Path, cycle_id: u64) -> (PathBuf, LoadedStudy) {
     let path = folder.join(format!("road-{cycle_id}.json"));
     let cycle = RealisedCycle::new(&loaded, 77, cycle_id);
     fs::write(&path, serde_json::to_string(&cycle).unwrap()).unwrap();
-    let on_road = loaded.on_routes(std::slice::from_ref(&path), &[], &[]).unwrap();
+    let on_road = loaded.on_routes(std::slice::from_ref(&path), &[], &[], &[]).unwrap();
     (path, on_road)
 }
 

@@ -30,7 +30,7 @@ fn study(sets: &[&str]) -> LoadedStudy {
 }
 
 fn driven(file: &Path, sets: &[&str]) -> Record {
-    let given = study(sets).on_routes(&[file.to_owned()], &[], &[]).unwrap();
+    let given = study(sets).on_routes(&[file.to_owned()], &[], &[], &[]).unwrap();
     let record = drive_scenario(&given.study, given.study.sample(1, 0));
     assert_eq!(record.outcome, Outcome::Completed);
     record
@@ -200,7 +200,7 @@ fn the_truck_of_vectos_own_files() {
         for payload_kg in PAYLOADS_KG {
             let payload = format!("mission.payload_kg={payload_kg}");
             let given = load(file.to_str().unwrap(), &[&payload]).unwrap();
-            let given = given.on_routes(std::slice::from_ref(&route), &[], &[]).unwrap();
+            let given = given.on_routes(std::slice::from_ref(&route), &[], &[], &[]).unwrap();
             let record = drive_scenario(&given.study, given.study.sample(1, 0));
             assert_eq!(record.outcome, Outcome::Completed);
             write!(line, " {:.2} |", litres(&record)).unwrap();

@@ -65,7 +65,9 @@ pub use curves::{
 };
 pub use cycle::{RealisedCycle, Track, Values, operating_cycle};
 pub use doubt::{DoubtAnswer, DoubtRequest, DoubtedNumbers, JudgedDifference, doubt};
-pub use drive::{Account, Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable};
+pub use drive::{
+    Account, Draw, Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable,
+};
 pub use error::{Error, FitError, columns, compared_columns, factors};
 pub use fit::{
     Best, CalibrateCurveSpeedRequest, CalibrationOptions, Coding, CurveSpeedCalibration,
@@ -111,8 +113,8 @@ pub use vecto::vecto;
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    BESTS, CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SEASONS, SPEED_TERMS,
-    UNKNOWNS, Word, detectors,
+    BESTS, CODINGS, CONTROLLERS, DRAWS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SEASONS,
+    SPEED_TERMS, UNKNOWNS, Word, detectors,
 };
 
 pub use ocmc_core::energy::Carrier;

@@ -1,6 +1,7 @@
 //! Words that stand for options: on the command line as they are here, in Python with `_` for `-`.
 
 use crate::size::Season;
+use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_estimation::fit::curve_speed::Coding;
 use ocmc_estimation::fit::fleet::Best;
@@ -36,6 +37,14 @@ pub const KEEPS: [Word<Keep>; 3] = [
     ("weather", "Temperature, pressure, humidity, precipitation, wind", Keep::Weather),
     ("traffic", "Density of traffic", Keep::Traffic),
     ("mission", "Payload and departure", Keep::Mission),
+];
+
+/// What can be drawn where the file of a route lacks it.
+pub const DRAWS: [Word<Draw>; 4] = [
+    ("stops", "Signs, give ways, lights, bumps, railway crossings", Draw::Stops),
+    ("limits", "Speed limits, and road types where there are none either", Draw::Limits),
+    ("hills", "Slopes, also between altitudes that are far apart", Draw::Hills),
+    ("curves", "Curves", Draw::Curves),
 ];
 
 /// How a drive cycle is followed.

@@ -48,6 +48,9 @@ impl From<Error> for Failure {
             Error::GivenDrive(GivenDriveError::Keep { .. }) => {
                 Self::Usage(format!("--keep: {error}"))
             }
+            Error::GivenDrive(GivenDriveError::Draw { .. }) => {
+                Self::Usage(format!("--draw: {error}"))
+            }
             Error::OtherRun { .. }
             | Error::Differs { .. }
             | Error::PartOfTruck { .. }

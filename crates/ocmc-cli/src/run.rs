@@ -9,7 +9,7 @@ use clap::Args;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::study::Files;
 use ocmc_api::{
-    Answer, Asked, CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep,
+    Answer, Asked, CpuLevel, DRAWS, Draw, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep,
     LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat,
     Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd, RunRequest, SUMMARY, directory_of,
     mappings, note_report, precision,
@@ -95,6 +95,10 @@ pub(crate) struct DriveArguments {
     /// by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(KEEPS))]
     keep: Vec<Keep>,
+    /// What is drawn from the study's laws of each road type, anew in each cycle, where the file
+    /// lacks it; may be repeated or joined by commas
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(DRAWS))]
+    draw: Vec<Draw>,
     /// Follows the speed of a drive cycle, a `.csv` with time, speed and grade; or, exactly, the
     /// speed planned on a route
     #[arg(long, value_name = "HOW", value_parser = one_of(FOLLOWS))]
@@ -206,12 +210,13 @@ fn level(asked: Option<CpuLevel>) -> Result<CpuLevel, Failure> {
 
 /// Reads what is given, runs the study on it, and prints the answer.
 pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
-    let DriveArguments { files, map, keep, follow_speed, run } = arguments;
+    let DriveArguments { files, map, keep, draw, follow_speed, run } = arguments;
     if run.files.files() == Files::Refused {
         let text = "`drive` reads files, which --no-files does not allow";
         return Err(Failure::Usage(text.to_owned()));
     }
-    let given = GivenDrive::read(files.clone(), mappings(map)?, keep.clone(), *follow_speed)
+    let (keep, draw) = (keep.clone(), draw.clone());
+    let given = GivenDrive::read(files.clone(), mappings(map)?, keep, draw, *follow_speed)
         .map_err(Error::from)?;
     given.warnings().iter().for_each(|warning| warn(warning));
     for setting in &run.set {
@@ -313,6 +318,8 @@ fn routes_setting(routes: &[RouteModel]) -> String {
         let file = std::path::absolute(&route.file).unwrap_or_else(|_| route.file.clone().into());
         let keep: Vec<&str> = route.keep.iter().map(|keep| keep.name()).collect();
         let keep = if keep.is_empty() { String::new() } else { format!(", keep = {keep:?}") };
+        let draw: Vec<&str> = route.draw.iter().map(|draw| draw.name()).collect();
+        let draw = if draw.is_empty() { String::new() } else { format!(", draw = {draw:?}") };
         let columns = route.columns.iter().map(|(name, column)| format!("{name} = {column:?}"));
         let columns: Vec<String> = columns.collect();
         let columns = if columns.is_empty() {
@@ -321,7 +328,7 @@ fn routes_setting(routes: &[RouteModel]) -> String {
             format!(", columns = {{{}}}", columns.join(", "))
         };
         let file = file.display().to_string();
-        format!("{{file = {file:?}, weight = {}{keep}{columns}}}", route.weight)
+        format!("{{file = {file:?}, weight = {}{keep}{draw}{columns}}}", route.weight)
     };
     let all: Vec<String> = routes.iter().map(route).collect();
     format!("mission.routes=[{}]", all.join(", "))

@@ -8,6 +8,7 @@ use crate::intake::table::{Mapping, Source, TableError};
 use crate::study::{LoadedStudy, StudyFileError};
 use crate::{drive_cycle, given_cycle};
 use ocmc_core::kernel::drive::scheduler::Deliver;
+use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::prescribed::{DriveCycle, follow_planned, follow_study};
@@ -76,6 +77,12 @@ pub enum GivenDriveError {
         .0.display()
     )]
     Keep(PathBuf),
+    /// A drive cycle, of which nothing can be drawn.
+    #[error(
+        "`{}` is a drive cycle over time, which is followed as it is: leave `draw` out",
+        .0.display()
+    )]
+    Draw(PathBuf),
     /// A drive cycle or a route that is not one.
     #[error(transparent)]
     File(#[from] TableError),
@@ -87,6 +94,7 @@ pub struct GivenDrive {
     files: Vec<PathBuf>,
     mappings: Vec<Mapping>,
     keep: Vec<Keep>,
+    draw: Vec<Draw>,
     how: How,
     /// What was read of a drive cycle.
     read: Option<FileAccount>,
@@ -111,6 +119,7 @@ impl GivenDrive {
             files: Vec::new(),
             mappings: Vec::new(),
             keep: Vec::new(),
+            draw: Vec::new(),
             how: How::Driven,
             read: None,
         }
@@ -124,13 +133,17 @@ impl GivenDrive {
         files: Vec<PathBuf>,
         mappings: Vec<Mapping>,
         keep: Vec<Keep>,
+        mut draw: Vec<Draw>,
         follow: Option<Follow>,
     ) -> Result<Self, GivenDriveError> {
+        // the order in which parts are named makes no other run
+        draw.sort_by_key(|part| Draw::ALL.iter().position(|known| known == part));
+        draw.dedup();
         let (how, read) = match follow {
             None => (How::Driven, None),
-            Some(follow) => followed(&files, &mappings, follow)?,
+            Some(follow) => followed(&files, &mappings, &draw, follow)?,
         };
-        Self { files, mappings, keep, how, read }.checked()
+        Self { files, mappings, keep, draw, how, read }.checked()
     }
 
     /// A drive cycle over time that a calling program holds as a table.
@@ -141,18 +154,22 @@ impl GivenDrive {
         table: &GivenTable,
         mappings: &[Mapping],
         keep: Vec<Keep>,
+        draw: Vec<Draw>,
         follow: Follow,
     ) -> Result<Self, GivenDriveError> {
         let (how, read) = cycle(Source::Given(table), mappings, follow)?;
         let files = vec![table.path().to_owned()];
-        Self { files, keep, how, read: Some(read), ..Self::nothing() }.checked()
+        Self { files, keep, draw, how, read: Some(read), ..Self::nothing() }.checked()
     }
 
-    /// A drive cycle says nothing that a route could keep.
+    /// A drive cycle says nothing that a route could keep, and lacks nothing.
     fn checked(self) -> Result<Self, GivenDriveError> {
         match (&self.how, self.files.first()) {
             (How::CycleAsRoute(..) | How::Cycle(_), Some(path)) if !self.keep.is_empty() => {
                 Err(GivenDriveError::Keep(path.clone()))
+            }
+            (How::CycleAsRoute(..) | How::Cycle(_), Some(path)) if !self.draw.is_empty() => {
+                Err(GivenDriveError::Draw(path.clone()))
             }
             _ => Ok(self),
         }
@@ -220,7 +237,8 @@ impl GivenDrive {
         }
         // what cannot be read is said when the study is made
         let without = |file: &&PathBuf| {
-            given_cycle::read(file, &self.mappings).is_ok_and(|cycle| cycle.departure.is_none())
+            given_cycle::read_to_draw(file, &self.mappings, &self.draw)
+                .is_ok_and(|(cycle, _)| cycle.departure.is_none())
         };
         let message = |file: &PathBuf| {
             format!(
@@ -239,15 +257,20 @@ impl GivenDrive {
                 key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
             })
         };
-        let road = ["road.climb_rule", "road.net_climb_m", "mission.length_m"];
+        // what is drawn hangs on the study's numbers
+        let road: &[&str] = if self.draw.contains(&Draw::Hills) {
+            &["mission.length_m"]
+        } else {
+            &["road.climb_rule", "road.net_climb_m", "mission.length_m"]
+        };
         match &self.how {
             How::Cycle(_)
-                if is_below(&["driver", "traffic", "road", "mission.stops"]) || is_below(&road) =>
+                if is_below(&["driver", "traffic", "road", "mission.stops"]) || is_below(road) =>
             {
                 Some("the speed of the file is followed, without a driver or a road")
             }
             How::CycleAsRoute(..) | How::Driven | How::Planned
-                if self.has_files() && is_below(&road) =>
+                if self.has_files() && is_below(road) =>
             {
                 Some("the road is that of the file")
             }
@@ -275,7 +298,7 @@ impl GivenDrive {
     pub fn accounts(&self) -> Vec<Account> {
         let files = if self.has_routes() { self.files.as_slice() } else { &[] };
         let read = |file: &PathBuf| {
-            let (cycle, read) = given_cycle::read_with_account(file, &self.mappings).ok()?;
+            let (cycle, read) = given_cycle::read_to_draw(file, &self.mappings, &self.draw).ok()?;
             Some(account(file, &cycle, read))
         };
         files.iter().filter_map(read).collect()
@@ -301,7 +324,8 @@ impl GivenDrive {
         let mut same = run_routes.len() == self.files.len();
         for (file, route) in self.files.iter().zip(run_routes) {
             same &= route.sha256.as_ref() == Some(&given_cycle::file_hash(file)?);
-            same &= route.keep == self.keep && route.columns == Mapping::columns(&self.mappings);
+            same &= route.keep == self.keep && route.draw == self.draw;
+            same &= route.columns == Mapping::columns(&self.mappings);
         }
         Ok(same)
     }
@@ -317,7 +341,7 @@ impl GivenDrive {
     /// As [`LoadedStudy::on_routes`].
     pub fn study(&self, loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
         if self.has_routes() {
-            return loaded.on_routes(&self.files, &self.keep, &self.mappings);
+            return loaded.on_routes(&self.files, &self.keep, &self.draw, &self.mappings);
         }
         self.study_again(loaded)
     }
@@ -390,6 +414,7 @@ impl GivenDrive {
 fn followed(
     files: &[PathBuf],
     mappings: &[Mapping],
+    draw: &[Draw],
     follow: Follow,
 ) -> Result<(How, Option<FileAccount>), GivenDriveError> {
     let [file] = files else { return Err(GivenDriveError::Several) };
@@ -397,7 +422,7 @@ fn followed(
         if follow == Follow::Driver {
             return Err(GivenDriveError::Route);
         }
-        given_cycle::read(file, mappings)?;
+        given_cycle::read_to_draw(file, mappings, draw)?;
         return Ok((How::Planned, None));
     }
     let (how, read) = cycle(Source::File(file), mappings, follow)?;

@@ -5,7 +5,7 @@ use crate::error::exception;
 use crate::input::{inputs, mappings};
 use crate::progress::note;
 use crate::value::one_of;
-use ocmc_api::{Account, Error, FOLLOWS, GivenDrive, KEEPS, Source, check_readable};
+use ocmc_api::{Account, DRAWS, Error, FOLLOWS, GivenDrive, KEEPS, Source, check_readable};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -17,12 +17,15 @@ pub(crate) fn given(
     files: &Bound<PyAny>,
     columns: Option<BTreeMap<String, String>>,
     keep: Option<Vec<String>>,
+    draw: Option<Vec<String>>,
     follow_speed: Option<&str>,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<(GivenDrive, Vec<Account>)> {
     let follow = follow_speed.map(|word| one_of("follow_speed", word, &FOLLOWS)).transpose()?;
     let keep = keep.unwrap_or_default();
     let keep = keep.iter().map(|word| one_of("keep", word, &KEEPS)).collect::<PyResult<_>>()?;
+    let draw = draw.unwrap_or_default();
+    let draw = draw.iter().map(|word| one_of("draw", word, &DRAWS)).collect::<PyResult<_>>()?;
     let mappings = mappings(columns)?;
     let files = inputs(files, "files")?;
     if let [Source::Table(table)] = files.as_slice() {
@@ -32,7 +35,7 @@ pub(crate) fn given(
                  come as files",
             )
         })?;
-        let given = py.detach(|| GivenDrive::of_table(table, &mappings, keep, follow));
+        let given = py.detach(|| GivenDrive::of_table(table, &mappings, keep, draw, follow));
         let given = given.map_err(|error| exception(error.into()))?;
         told_of_cycle(py, &given, progress)?;
         return Ok((given, Vec::new()));
@@ -46,7 +49,7 @@ pub(crate) fn given(
     let paths: Vec<PathBuf> = paths.collect::<PyResult<_>>()?;
     let read = py.detach(|| -> Result<_, Error> {
         paths.iter().try_for_each(|path| check_readable(path))?;
-        let given = GivenDrive::read(paths, mappings, keep, follow)?;
+        let given = GivenDrive::read(paths, mappings, keep, draw, follow)?;
         let accounts = given.accounts();
         Ok((given, accounts))
     });

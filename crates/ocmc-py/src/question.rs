@@ -253,6 +253,9 @@ impl PyStudy {
     ///     Which column of a table is what, such as ``{"speed_limit_kmh": "vmax"}``.
     /// keep : sequence of {"weather", "traffic", "mission"}, optional
     ///     Parts that are taken from the file of a route instead of being drawn from the study.
+    /// draw : sequence of {"stops", "limits", "hills", "curves"}, optional
+    ///     Parts that are drawn from the study's laws of each road type, anew in each cycle, where
+    ///     the file of a route lacks them. What the file has stays.
     /// follow_speed : {"driver", "exact"}, optional
     ///     A driver of the study drives the speeds as limits along the road and stops where it
     ///     stands. Or there is no driver, and the speed is kept exactly. Of a route, ``"exact"``
@@ -297,9 +300,9 @@ impl PyStudy {
     /// (np.float64(3000.0), np.float64(180.0))
     #[pyo3(
         signature = (
-            files, *, cycles, columns=None, keep=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
+            files, *, cycles, columns=None, keep=None, draw=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
         ),
-        text_signature = "($self, files, *, cycles, columns=None, keep=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
+        text_signature = "($self, files, *, cycles, columns=None, keep=None, draw=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
                           progress=None)"
     )]
     fn drive(
@@ -309,6 +312,7 @@ impl PyStudy {
         cycles: &Bound<PyAny>,
         columns: Option<BTreeMap<String, String>>,
         keep: Option<Vec<String>>,
+        draw: Option<Vec<String>>,
         follow_speed: Option<&str>,
         seed: Option<&Bound<PyAny>>,
         first_cycle: Option<&Bound<PyAny>>,
@@ -316,7 +320,7 @@ impl PyStudy {
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let (given, routes) = given(py, files, columns, keep, follow_speed, progress)?;
+        let (given, routes) = given(py, files, columns, keep, draw, follow_speed, progress)?;
         Ok(PyRun { routes, ..run(py, &self.loaded, &given, plan, None, None, progress)? })
     }
 

@@ -267,8 +267,8 @@ impl PyRun {
     }
 
     /// What was read of each route that `Study.drive` was given: ``file``, ``length_m``, ``climb_m``,
-    /// ``steepest_grade``, ``n_curves``, ``n_stops``, ``limits_mps``, ``position_noise_m``,
-    /// ``altitude_noise_m``, the same in words (``told``), and what of it is hardly a road
+    /// ``steepest_grade``, ``n_curves``, ``n_stops``, ``limits_mps`` (none where they are drawn),
+    /// ``position_noise_m``, ``altitude_noise_m``, the same in words (``told``), and what of it is hardly a road
     /// (``warnings``). Empty of other runs, and of one that was saved or pickled.
     #[getter]
     fn routes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

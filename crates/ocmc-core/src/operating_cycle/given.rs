@@ -5,6 +5,7 @@
 //! to trip (weather, traffic, payload, departure) is drawn from the study, unless a route says that
 //! it keeps the file's own ([`super::route`]).
 
+pub use super::given_error::GivenCycleError;
 use super::mission_part::{MOST_POWER_W, MissionPart, PAYLOAD, POWER_TAKE_OFF, parts_of};
 use super::tracks::{LIMIT_SOURCE, Rule, SOURCE_LOG, Track, Values};
 use super::{TrafficStretch, WeatherStretch};
@@ -22,135 +23,6 @@ pub(super) const STEEPEST: f64 = 0.5;
 /// Curves of a larger radius are straight road, in m.
 const STRAIGHT_M: f64 = 1.0e5;
 
-/// What is wrong with a given operating cycle.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum GivenCycleError {
-    /// No such track.
-    #[error("there is no track `{track}`: {purpose}")]
-    Missing {
-        /// Name of the track.
-        track: String,
-        /// Why it is needed.
-        purpose: &'static str,
-    },
-    /// A track of another kind.
-    #[error("the values of track `{track}` are {found}, allowed are {wanted}")]
-    Kind {
-        /// Name of the track.
-        track: String,
-        /// What they are.
-        found: &'static str,
-        /// What they have to be.
-        wanted: &'static str,
-    },
-    /// Two tracks of one name.
-    #[error(
-        "there are two tracks `{track}`, and nothing says which of them is meant; allowed is one"
-    )]
-    Twice {
-        /// Name of the tracks.
-        track: String,
-    },
-    /// Positions and values that are not pairs.
-    #[error(
-        "track `{track}` has {positions} positions and {values} values, allowed is one value for \
-         each position"
-    )]
-    Lengths {
-        /// Name of the track.
-        track: String,
-        /// Its positions.
-        positions: usize,
-        /// Its values.
-        values: usize,
-    },
-    /// Positions out of order.
-    #[error(
-        "in track `{track}`, position {position_m} m (entry {entry}) is not above the one before \
-         it; positions have to grow, from 0 m on"
-    )]
-    Order {
-        /// Name of the track.
-        track: String,
-        /// Entry, from 1.
-        entry: usize,
-        /// Its position, in m.
-        position_m: f64,
-    },
-    /// A value out of range.
-    #[error(
-        "in track `{track}`, the value at {position_m} m is {value}, allowed is {minimum} to \
-         {maximum}"
-    )]
-    Range {
-        /// Name of the track.
-        track: String,
-        /// Its position, in m.
-        position_m: f64,
-        /// The value.
-        value: f64,
-        /// Smallest allowed value.
-        minimum: f64,
-        /// Largest allowed value.
-        maximum: f64,
-    },
-    /// A word that means nothing here.
-    #[error(
-        "in track `{track}`, the value at {position_m} m is `{value}`, allowed is one of: {allowed}"
-    )]
-    Word {
-        /// Name of the track.
-        track: String,
-        /// Its position, in m.
-        position_m: f64,
-        /// The word.
-        value: String,
-        /// The words that are known.
-        allowed: String,
-    },
-    /// Points that scatter so much that no road can be made of them.
-    #[error(
-        "the {what} scatter by {noise_m:.1} m, allowed is at most {most_m} m: no road can be told \
-         from them; give a smoothed route, or `curvature_per_m` and `grade`"
-    )]
-    Noise {
-        /// Positions or altitudes.
-        what: &'static str,
-        /// Their scatter, in m.
-        noise_m: f64,
-        /// The most, in m.
-        most_m: f64,
-    },
-    /// A charger of the study beyond the road.
-    #[error(
-        "`charging.public.positions_m` has a charger at {position_m} m, allowed is below \
-         {length_m}, the length of this road"
-    )]
-    ChargerBeyond {
-        /// Position of the charger, in m.
-        position_m: f64,
-        /// Length of the road, in m.
-        length_m: f64,
-    },
-    /// Something that only happens at stops of the mission, elsewhere.
-    #[error(
-        "track `{track}` has a value at {position_m} m, allowed are the positions of stops of the \
-         mission, track `mission_stop_s`"
-    )]
-    NoMissionStop {
-        /// Name of the track.
-        track: &'static str,
-        /// Its position, in m.
-        position_m: f64,
-    },
-    /// A road that is too short or too long.
-    #[error("the road is {length_m} m long, allowed is 200 m to 5000000 m")]
-    Length {
-        /// Its length, in m.
-        length_m: f64,
-    },
-}
-
 /// A given operating cycle, checked.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GivenCycle {
@@ -158,12 +30,16 @@ pub struct GivenCycle {
     pub length_m: f64,
     /// Where road types begin, in m, and their names; none where the file has none.
     pub road_types: Option<Vec<(f64, String)>>,
-    /// Where speed limits begin, in m, and the limits, in m/s.
+    /// Where speed limits begin, in m, and the limits, in m/s; empty where they have to be drawn.
     pub limits: Vec<(f64, f64)>,
     /// Altitude over position, linear between the points, both in m.
     pub altitude: Vec<(f64, f64)>,
+    /// Whether the climb is that of slopes, which are known everywhere, and not of altitudes.
+    pub has_slopes: bool,
     /// Curves.
     pub curves: Vec<Curve>,
+    /// Whether the file says nothing of curves.
+    pub lacks_curves: bool,
     /// Roughness coefficients, in m³, from their positions on; none where the file has none.
     pub roughness: Option<Vec<(f64, f64)>>,
     /// Grounds from their positions on; none where the file has none.
@@ -172,6 +48,9 @@ pub struct GivenCycle {
     pub heading_rad: Option<f64>,
     /// Events, in order.
     pub events: Vec<PointEvent>,
+    /// Places of which it is known what stands there, by its name as an object of a map, and not
+    /// what happens.
+    pub open_places: Vec<(f64, &'static str)>,
     /// Weather; none where the file has none.
     pub weather: Option<Vec<WeatherStretch>>,
     /// Traffic; none where the file has none.
@@ -206,6 +85,18 @@ impl GivenCycle {
     /// # Errors
     /// [`GivenCycleError`] names the track, the place and what is allowed.
     pub fn from_tracks(tracks: &[Track], length_m: Option<f64>) -> Result<Self, GivenCycleError> {
+        let cycle = Self::from_partial_tracks(tracks, length_m)?;
+        if cycle.limits.is_empty() { Err(GivenCycleError::no_limits()) } else { Ok(cycle) }
+    }
+
+    /// As [`Self::from_tracks`], of a road whose limits may have to be drawn.
+    ///
+    /// # Errors
+    /// As [`Self::from_tracks`].
+    pub fn from_partial_tracks(
+        tracks: &[Track],
+        length_m: Option<f64>,
+    ) -> Result<Self, GivenCycleError> {
         for (k, track) in tracks.iter().enumerate() {
             if tracks[..k].iter().any(|other| other.name == track.name) {
                 return Err(GivenCycleError::Twice { track: track.name.to_owned() });
@@ -221,22 +112,20 @@ impl GivenCycle {
         let numbers = |name: &str, minimum: f64, maximum: f64| -> Result<Option<_>, _> {
             find(name).map(|track| numbers_of(track, minimum, maximum)).transpose()
         };
-        let limits = numbers("speed_limit_mps", 1.0, 70.0)?.ok_or(GivenCycleError::Missing {
-            track: "speed_limit_mps".to_owned(),
-            purpose: "without a limit it is not known how fast to drive",
-        })?;
+        let limits = numbers("speed_limit_mps", 1.0, 70.0)?.unwrap_or_default();
         let road_types = find("road_type").map(words_of).transpose()?;
         let roughness = numbers("roughness_m3", 0.0, 0.1)?;
         let grounds = find("ground").map(grounds_of).transpose()?;
-        let altitude = match (
-            numbers("grade", -STEEPEST, STEEPEST)?,
-            numbers("altitude_m", -500.0, 9000.0)?,
-        ) {
-            (Some(grades), _) => climbed(&grades, length_m),
-            (None, Some(points)) => points,
-            (None, None) => vec![(0.0, 0.0)],
+        let grades = numbers("grade", -STEEPEST, STEEPEST)?;
+        let has_slopes = grades.is_some();
+        // beside slopes altitudes tell nothing more, and those of a drawn road begin at 0
+        let altitude = match grades {
+            Some(grades) => climbed(&grades, length_m),
+            None => numbers("altitude_m", -500.0, 9000.0)?.unwrap_or(vec![(0.0, 0.0)]),
         };
-        let curvature = numbers("curvature_per_m", -0.5, 0.5)?.unwrap_or_default();
+        let curvature = numbers("curvature_per_m", -0.5, 0.5)?;
+        let lacks_curves = curvature.is_none();
+        let curvature = curvature.unwrap_or_default();
         let traffic = numbers("traffic_density_per_m", 0.0, 0.5)?.map(|points| {
             let stretch = |(start_m, density_per_m)| TrafficStretch { start_m, density_per_m };
             points.into_iter().map(stretch).collect()
@@ -258,11 +147,14 @@ impl GivenCycle {
             road_types,
             limits,
             altitude,
+            has_slopes,
             curves: curves_of(&curvature, length_m),
+            lacks_curves,
             roughness,
             grounds,
             heading_rad: None,
             events,
+            open_places: Vec::new(),
             weather: weather_of(&numbers)?,
             traffic,
             payload_kg: payload.map(|points| points[0].1),
@@ -513,6 +405,13 @@ mod tests {
             assert!((b.altitude_m(x) - 100.0 - a.altitude_m(x)).abs() < 1e-9, "{x}");
         }
         assert_eq!((a.length_m, b.length_m), (1000.0, 1000.0));
+        assert!(a.has_slopes && !b.has_slopes);
+        // a drawn road of 300 km may end far below its start
+        let below = track("altitude_m", Rule::Linear, &[(0.0, 0.0), (1000.0, -900.0)]);
+        let grades = track("grade", Rule::Constant, &[(0.0, 0.02), (300.0, -0.01)]);
+        let both = GivenCycle::from_tracks(&[limit(), grades, below.clone()], None).unwrap();
+        assert_eq!(both.altitude, a.altitude);
+        assert!(GivenCycle::from_tracks(&[limit(), below], None).is_err());
     }
 
     #[test]

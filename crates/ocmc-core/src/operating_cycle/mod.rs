@@ -6,7 +6,9 @@
 //! of position alone.
 
 pub mod coverage;
+pub mod drawn_part;
 pub mod given;
+mod given_error;
 pub mod mission;
 pub mod mission_part;
 pub mod outline;

@@ -12,6 +12,7 @@ use super::route;
 use super::weather::{STANDARD_WEATHER, Weather};
 use crate::random::Streams;
 use crate::switch::ModelSwitch;
+use std::borrow::Cow;
 
 /// Speed at which half of the way is taken to be driven, in m/s.
 const NOMINAL_SPEED_MPS: f64 = 16.7;
@@ -23,7 +24,7 @@ pub struct CycleOutline {
     pub mission: Mission,
     /// Share of each road type by length.
     pub type_shares: Vec<f64>,
-    /// Sum of the climbs of a given route, in m; 0 where the road is drawn.
+    /// Sum of the climbs that a given route's file has, in m; 0 where the road is drawn.
     pub route_climb_m: f64,
     /// The weather half-way.
     pub weather: Weather,
@@ -39,19 +40,19 @@ impl OperatingCycleSampler {
         let route = route::choose(&self.routes, self.mission.routes_in_turn, streams);
         let given_length_m = route.map(|route| route.cycle.length_m);
         let mut mission = self.mission.sample(given_length_m, streams, without);
-        let (mut own, mut route_climb_m) = (Vec::new(), 0.0);
+        let mut route_climb_m = 0.0;
         let (sections, heading_rad) = match route {
             None => {
-                own.extend(self.road.sample_sections(mission.length_m, streams));
-                (own.as_slice(), RoadSampler::sample_heading_rad(streams))
+                let sections = self.road.sample_sections(mission.length_m, streams);
+                (Cow::Owned(sections), RoadSampler::sample_heading_rad(streams))
             }
             Some(route) => {
                 route.give_mission(&mut mission);
                 route_climb_m = route.climb_m(self.road.slope_step_m());
-                (route.sections(), route.heading_rad(streams))
+                (route.sections(&self.road, streams), route.heading_rad(streams))
             }
         };
-        let type_shares = type_shares(sections, mission.length_m, self.traffic_types.len());
+        let type_shares = type_shares(&sections, mission.length_m, self.traffic_types.len());
         let half_s = 0.5 * mission.length_m / NOMINAL_SPEED_MPS;
         let weather = if without.contains(&ModelSwitch::Weather) {
             STANDARD_WEATHER

@@ -7,9 +7,10 @@
 //! 80 to 90 km/h on motorways).
 
 use super::OperatingCycle;
+use super::drawn_part::{Draw, DrawnParts, grounds_of, signs_of};
 use super::given::{GivenCycle, GivenCycleError, STEEPEST, held, merge_events};
 use crate::operating_cycle::mission::Mission;
-use crate::operating_cycle::road::point_event::{EventKind, PointEvent, is_left_out};
+use crate::operating_cycle::road::point_event::{EventKind, KINDS, PointEvent, is_left_out};
 use crate::operating_cycle::road::road_type::Section;
 use crate::operating_cycle::road::speed_sign::SpeedSign;
 use crate::operating_cycle::road::surface::Ground;
@@ -18,6 +19,7 @@ use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Speed limit up to which an unnamed road is urban, in m/s.
@@ -37,6 +39,9 @@ pub struct RouteModel {
     /// Parts that are taken from the file instead of being drawn.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep: Vec<Keep>,
+    /// Parts that are drawn from the study where the file lacks them, instead of being absent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub draw: Vec<Draw>,
     /// Which column of its table is what: name of a quantity with its unit, and the column.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, String>,
@@ -76,6 +81,9 @@ impl Keep {
 pub struct Route {
     weight: f64,
     keep: Vec<Keep>,
+    /// What it lacks and has drawn; none where it has all.
+    drawn: Option<DrawnParts>,
+    /// Stretches of road types; empty where they are drawn.
     sections: Vec<Section>,
     signs: Vec<SpeedSign>,
     slopes: Vec<f64>,
@@ -87,7 +95,7 @@ pub struct Route {
 }
 
 impl Route {
-    /// Stretches of one sign and one road type: their length, in m, the sign's speed, in m/s, and
+    /// Stretches of one sign and one road type that are both known: their length, in m, the sign's speed, in m/s, and
     /// the number of the type.
     pub(super) fn signed_stretches(&self) -> impl Iterator<Item = (f64, f64, usize)> {
         let ends_m = self.signs.iter().skip(1).map(|sign| sign.start_m);
@@ -104,12 +112,13 @@ impl Route {
     /// their numbers.
     ///
     /// # Errors
-    /// Of road types that the study does not have, of what is to be kept and is not in the file,
-    /// and of altitudes that no road climbs.
+    /// Of road types that the study does not have, of what is to be kept and is not in the file, of
+    /// what it needs, lacks and does not have drawn, and of altitudes that no road climbs.
     pub fn new(
         cycle: GivenCycle,
         weight: f64,
         keep: &[Keep],
+        draw: &[Draw],
         names: &[String],
         road: &RoadSampler,
     ) -> Result<Self, GivenCycleError> {
@@ -123,8 +132,22 @@ impl Route {
                 return Err(GivenCycleError::Missing { track: track.to_owned(), purpose });
             }
         }
-        let (sections, grounds) = sections_of(&cycle, names)?;
-        let signs = signs_of(&cycle, &sections);
+        if cycle.limits.is_empty() && !draw.contains(&Draw::Limits) {
+            return Err(GivenCycleError::no_limits());
+        }
+        for &(position_m, object) in &cycle.open_places {
+            let can = KINDS.iter().any(|kind| kind.map_object == object && kind.model.is_some());
+            if !(can && draw.contains(&Draw::Stops)) {
+                let or_draw = if can { ", or have it drawn, `--draw stops`" } else { "" };
+                return Err(GivenCycleError::OpenPlace { object, position_m, or_draw });
+            }
+        }
+        let drawn = DrawnParts::of(&cycle, draw, road);
+        let (sections, grounds) = match &drawn {
+            Some(drawn) if drawn.draws_types() => (Vec::new(), None),
+            _ => sections_of(&cycle, names)?,
+        };
+        let signs = if cycle.limits.is_empty() { Vec::new() } else { signs_of(&cycle, &sections) };
         let (step_m, block_m) = (road.slope_step_m(), road.roughness_block_m());
         let steps = libm::ceil(cycle.length_m / step_m) as usize;
         let slopes = (0..steps).map(|k| {
@@ -146,7 +169,7 @@ impl Route {
             (0..blocks).map(|k| held(points, (k as f64 + 0.5) * block_m)).collect()
         });
         let keep = keep.to_vec();
-        Ok(Self { weight, keep, sections, signs, slopes, roughness_m3, grounds, cycle })
+        Ok(Self { weight, keep, drawn, sections, signs, slopes, roughness_m3, grounds, cycle })
     }
 
     /// Whether payload and departure are those of the file.
@@ -174,12 +197,14 @@ impl Route {
         self.cycle.heading_rad.unwrap_or_else(|| RoadSampler::sample_heading_rad(streams))
     }
 
-    /// Stretches of road types.
-    pub(super) fn sections(&self) -> &[Section] {
-        &self.sections
+    /// Stretches of road types, as [`Self::lay`] has them.
+    pub(super) fn sections(&self, sampler: &RoadSampler, streams: &Streams) -> Cow<'_, [Section]> {
+        let drawn = self.drawn.as_ref();
+        let drawn = drawn.and_then(|drawn| drawn.sections(&self.cycle, sampler, streams));
+        drawn.map_or(Cow::Borrowed(&self.sections), Cow::Owned)
     }
 
-    /// Sum of its climbs, in m.
+    /// Sum of the climbs that the file has, in m.
     pub(super) fn climb_m(&self, step_m: f64) -> f64 {
         self.slopes.iter().map(|slope| slope.max(0.0) * step_m).sum()
     }
@@ -197,6 +222,15 @@ impl Route {
         road.length_m = self.cycle.length_m;
         road.slope_step_m = sampler.slope_step_m();
         road.roughness_block_m = sampler.roughness_block_m();
+        road.heading_rad = self.heading_rad(streams);
+        if let Some(drawn) = &self.drawn {
+            road.sections = self.sections(sampler, streams).into_owned();
+            let given = (&self.signs[..], &self.slopes[..]);
+            let from = (streams, without);
+            drawn.lay(&self.cycle, given, sampler, mission_stops, from, road);
+            self.lay_surface(sampler, streams, road);
+            return;
+        }
         road.sections.clone_from(&self.sections);
         road.signs.clone_from(&self.signs);
         road.curves.clear();
@@ -207,21 +241,26 @@ impl Route {
         if !has(ModelSwitch::Slope) {
             road.slopes.fill(0.0);
         }
-        match &self.roughness_m3 {
-            Some(blocks) => road.roughness_m3.clone_from(blocks),
-            None => sampler.sample_roughness(streams, road),
-        }
-        match &self.grounds {
-            Some(grounds) => road.grounds.clone_from(grounds),
-            None => sampler.sample_grounds(streams, road),
-        }
-        road.heading_rad = self.heading_rad(streams);
+        self.lay_surface(sampler, streams, road);
         road.climb_reached = true;
         let events = self.cycle.events.iter().filter(|e| !is_left_out(&e.kind, without));
         road.events.clear();
         road.events.extend(events);
         road.events.extend_from_slice(mission_stops);
         merge_events(&mut road.events);
+    }
+
+    /// Lays roughness and grounds, the file's or drawn ones.
+    fn lay_surface(&self, sampler: &RoadSampler, streams: &Streams, road: &mut Road) {
+        match &self.roughness_m3 {
+            Some(blocks) => road.roughness_m3.clone_from(blocks),
+            None => sampler.sample_roughness(streams, road),
+        }
+        match (&self.grounds, &self.cycle.grounds) {
+            (Some(grounds), _) => road.grounds.clone_from(grounds),
+            (None, Some(grounds)) => road.grounds = grounds_of(grounds, &road.sections),
+            (None, None) => sampler.sample_grounds(streams, road),
+        }
     }
 
     /// Puts the file's weather and traffic in place of what was drawn, where they are kept; the
@@ -310,16 +349,4 @@ pub fn type_by_limit(limit_mps: f64) -> &'static str {
     } else {
         "motorway"
     }
-}
-
-/// A sign at each limit, and one where a section begins: there the free-flow clock reads the road
-/// type.
-fn signs_of(cycle: &GivenCycle, sections: &[Section]) -> Vec<SpeedSign> {
-    let mut starts: Vec<f64> = cycle.limits.iter().map(|limit| limit.0).collect();
-    starts.extend(sections.iter().map(|section| section.start_m));
-    starts.retain(|start_m| *start_m < cycle.length_m);
-    starts.sort_by(f64::total_cmp);
-    starts.dedup();
-    let sign = |start_m| SpeedSign { start_m, speed_mps: held(&cycle.limits, start_m) };
-    starts.into_iter().map(sign).collect()
 }

@@ -21,6 +21,7 @@ use crate::cost::emissions::EmissionFactors;
 use crate::driver::{Driver, DriverModel};
 use crate::energy::emission_model::EmissionModel;
 use crate::event_kind::Kind;
+use crate::operating_cycle::drawn_part::Draw;
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
 use crate::operating_cycle::mission::MissionModel;
 use crate::operating_cycle::mission_part::MissionPart;
@@ -314,24 +315,24 @@ impl Study {
         })
     }
 
-    /// Drives given cycles instead of drawn roads, each with its weight and what it keeps of its
-    /// file.
+    /// Drives given cycles instead of drawn roads, each with its weight, what it keeps of its file
+    /// and what is drawn where its file lacks it.
     ///
     /// # Errors
     /// The number of the cycle, from 0, and what does not fit this study.
     pub fn with_routes(
         mut self,
-        cycles: Vec<(GivenCycle, f64, Vec<Keep>)>,
+        cycles: Vec<(GivenCycle, f64, Vec<Keep>, Vec<Draw>)>,
     ) -> Result<Self, (usize, GivenCycleError)> {
         let mut routes = Vec::with_capacity(cycles.len());
         let public = self.model.charging.as_ref().and_then(|charging| charging.public.as_ref());
-        for (k, (cycle, weight, keep)) in cycles.into_iter().enumerate() {
+        for (k, (cycle, weight, keep, draw)) in cycles.into_iter().enumerate() {
             let length_m = cycle.length_m;
             if let Some(position_m) = public.and_then(|public| public.beyond(length_m)) {
                 return Err((k, GivenCycleError::ChargerBeyond { position_m, length_m }));
             }
             let road = self.operating_cycle.road();
-            let route = Route::new(cycle, weight, &keep, &self.road_types, road);
+            let route = Route::new(cycle, weight, &keep, &draw, &self.road_types, road);
             routes.push(route.map_err(|error| (k, error))?);
         }
         self.operating_cycle.routes = routes;

@@ -26,8 +26,8 @@ pub struct Account {
     pub n_curves: usize,
     /// Number of places at which a truck stands.
     pub n_stops: usize,
-    /// Lowest and highest limit, in m/s.
-    pub limits_mps: [f64; 2],
+    /// Lowest and highest limit, in m/s; none where they are drawn.
+    pub limits_mps: Option<[f64; 2]>,
     /// How much its positions scatter, in m; below 0.5 m they are taken as they are.
     pub position_noise_m: f64,
     /// How much its altitudes scatter, in m, likewise.
@@ -43,7 +43,8 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
     let km = cycle.length_m / 1000.0;
     let file = path.display();
     let slopes = unlike_a_road::slopes(cycle);
-    let climb_m: f64 = slopes.iter().map(|(way_m, slope)| (way_m * slope).max(0.0)).sum();
+    let climb_m =
+        slopes.iter().fold(0.0, |sum: f64, (way_m, slope)| sum + (way_m * slope).max(0.0));
     let steepest = slopes.iter().fold(0.0, |most: f64, (_, slope)| most.max(slope.abs()));
     let stops = cycle.events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
     let limits = cycle.limits.iter().map(|limit| limit.1);
@@ -53,7 +54,9 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
         });
     let [low, high] = [low_mps, high_mps].map(|limit| 3.6 * limit);
     let percent = |share: f64| rounded(100.0 * share);
-    let limits = if high > low {
+    let limits = if cycle.limits.is_empty() {
+        "no limits".to_owned()
+    } else if high > low {
         format!("limits of {} to {} km/h", rounded(low), rounded(high))
     } else {
         format!("a limit of {} km/h", rounded(low))
@@ -84,7 +87,7 @@ pub fn account(path: &Path, cycle: &GivenCycle, read: FileAccount) -> Account {
         steepest_grade: steepest,
         n_curves: cycle.curves.len(),
         n_stops: stops,
-        limits_mps: [low_mps, high_mps],
+        limits_mps: (high_mps > 0.0).then_some([low_mps, high_mps]),
         position_noise_m: cycle.noise.positions_m,
         altitude_noise_m: cycle.noise.altitudes_m,
         told,

@@ -6,6 +6,7 @@
 //!   longitude, `route`
 
 mod account;
+mod objects;
 mod route;
 mod track_file;
 mod vdri;
@@ -15,8 +16,9 @@ use crate::intake::table::error::Fault;
 use crate::intake::table::formats::{DRIVE_CYCLE, TRACKS};
 use crate::intake::table::source::{ending, is_of_format, is_table, read_text};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{FileAccount, high_altitude, slope, unlike_a_road};
+use crate::intake::{FileAccount, drawn, high_altitude, slope, unlike_a_road};
 use crate::sha256;
+use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use std::io::Read;
 use std::path::Path;
@@ -60,7 +62,20 @@ pub fn read_with_account(
     path: &Path,
     mappings: &[Mapping],
 ) -> Result<(GivenCycle, FileAccount), TableError> {
-    let (cycle, mut account) = read_unjudged(path, mappings)?;
+    read_to_draw(path, mappings, &[])
+}
+
+/// As [`read_with_account`], of a file whose lacking parts are drawn as far as `draw` says.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_to_draw(
+    path: &Path,
+    mappings: &[Mapping],
+    draw: &[Draw],
+) -> Result<(GivenCycle, FileAccount), TableError> {
+    let (cycle, mut account) = read_unjudged(path, mappings, draw)?;
+    account.findings.extend(drawn::told(&cycle, draw));
     // what altitudes say is looked at where they are read
     let has_slope = account.columns.iter().any(|column| column.quantity.starts_with("grad"));
     let points = cycle.altitude.windows(2).filter(|_| has_slope);
@@ -78,20 +93,21 @@ pub fn read_with_account(
 fn read_unjudged(
     path: &Path,
     mappings: &[Mapping],
+    draw: &[Draw],
 ) -> Result<(GivenCycle, FileAccount), TableError> {
     match ending(path).as_str() {
         "vdri" => vdri::read(Source::File(path), mappings),
         "json" if !is_of_format(path) => {
-            let cycle = track_file::read_json(path, &read_text(path)?)?;
+            let cycle = track_file::read_json(path, &read_text(path)?, draw)?;
             let file = path.display().to_string();
             Ok((cycle, FileAccount { file, ..FileAccount::default() }))
         }
         _ if is_table(path) => {
             let tracks = Table::open(Source::File(path), &TRACKS, &[])?;
             if tracks.column(Quantity::Track).is_some() {
-                track_file::read_table(tracks)
+                track_file::read_table(tracks, draw)
             } else {
-                route::read(Source::File(path), mappings)
+                route::read(Source::File(path), mappings, draw)
             }
         }
         _ => Err(TableError::of(path, Fault::Extension)),
@@ -105,7 +121,7 @@ fn read_unjudged(
 /// As [`read`].
 pub fn read_tracks(path: &Path, text: &str) -> Result<GivenCycle, TableError> {
     let table = Table::open(Source::Text(path, text), &TRACKS, &[])?;
-    track_file::read_table(table).map(|(cycle, _)| cycle)
+    track_file::read_table(table, &[]).map(|(cycle, _)| cycle)
 }
 
 /// Whether a file, or what is built in under its name, can be read at all.

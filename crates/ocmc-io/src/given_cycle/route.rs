@@ -12,10 +12,11 @@
 //! spread ([`ocmc_core::operating_cycle::road::route_fillet`]). Rows of a receiver at standstill
 //! become one.
 
+use super::objects::Objects;
 use super::{in_file, refuse_over_time};
 use crate::intake::drift::{standing, standstill_drift};
 use crate::intake::lacks::lacks;
-use crate::intake::spacing::{LONGEST_M, sparse_points};
+use crate::intake::spacing::{LONGEST_M, beeline, sparse_points, tells_no_curves};
 use crate::intake::table::error::Fault;
 use crate::intake::table::formats::ROUTE;
 use crate::intake::table::given::RowPlace;
@@ -25,6 +26,7 @@ use crate::intake::{
     Extent, FileAccount, Finding, contradiction, jump, limit_unit, scatter, sparse_altitudes,
 };
 use crate::number_text::count_of;
+use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError, PointNoise};
 use ocmc_core::operating_cycle::road::route_fillet::Rounding;
 use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d, interpolate};
@@ -33,6 +35,11 @@ use ocmc_core::operating_cycle::road::route_noise::{
 };
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
 use std::ops::Range;
+
+/// Limit by which the points of a road are judged whose limits are drawn, in m/s.
+const NOMINAL_MPS: f64 = 80.0 / 3.6;
+/// Most that a road is longer than the beelines between its places (judgement).
+const MOST_AROUND: f64 = 2.5;
 
 /// The rows of a route; a column that is not there has none.
 #[derive(Default)]
@@ -47,13 +54,17 @@ struct Rows {
     curvature: Vec<f64>,
     stop_s: Vec<f64>,
     road_type: Vec<String>,
+    map_object: Vec<String>,
 }
 
 impl Rows {
-    fn read(table: Table) -> Result<(Self, FileAccount), TableError> {
-        table.need(&[Quantity::Limit])?;
-        let [has_stops, has_types] =
-            [Quantity::Stop, Quantity::RoadType].map(|quantity| table.column(quantity).is_some());
+    fn read(table: Table, draw: &[Draw]) -> Result<(Self, FileAccount), TableError> {
+        if !draw.contains(&Draw::Limits) {
+            table.need(&[Quantity::Limit])?;
+        }
+        let [has_stops, has_types, has_objects] =
+            [Quantity::Stop, Quantity::RoadType, Quantity::MapObject]
+                .map(|quantity| table.column(quantity).is_some());
         let (mut rows, path) = (Self::default(), table.path().to_owned());
         let account = table.for_each(|row| {
             rows.places.push(row.place());
@@ -76,6 +87,9 @@ impl Rows {
             }
             if has_types {
                 rows.road_type.push(row.text(Quantity::RoadType).to_owned());
+            }
+            if has_objects {
+                rows.map_object.push(row.text(Quantity::MapObject).to_owned());
             }
             Ok(())
         })?;
@@ -118,6 +132,11 @@ impl Rows {
             if let Some(stops) = self.stop_s.get_mut(rows.clone()) {
                 stops[0] = stops.iter().copied().fold(0.0, f64::max);
             }
+            if let Some(objects) = self.map_object.get_mut(rows.clone())
+                && let Some(object) = objects.iter().find(|object| !object.is_empty()).cloned()
+            {
+                objects[0] = object;
+            }
         }
         let mut left_out = vec![false; self.places.len()];
         for rows in ranges {
@@ -131,6 +150,7 @@ impl Rows {
         let keep: Vec<bool> = rows.iter().map(|left_out| !left_out).collect();
         retain(&mut self.places, &keep);
         retain(&mut self.road_type, &keep);
+        retain(&mut self.map_object, &keep);
         for values in [
             &mut self.position_m,
             &mut self.latitude,
@@ -156,6 +176,7 @@ fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
 pub(super) fn read(
     source: Source,
     mappings: &[Mapping],
+    draw: &[Draw],
 ) -> Result<(GivenCycle, FileAccount), TableError> {
     let table = Table::open(source, &ROUTE, mappings)?;
     let file = source.path();
@@ -173,9 +194,13 @@ pub(super) fn read(
     }
     let quantities: Vec<Quantity> = table.columns().iter().map(|column| column.quantity).collect();
     let limit = table.column(Quantity::Limit);
-    let (mut rows, mut account) = Rows::read(table)?;
+    let (mut rows, mut account) = Rows::read(table, draw)?;
     account.findings.extend(rows.fill_altitudes());
     let mut path = rows.path();
+    // places of a plan tell neither the curves of the road nor, without an odometer, its length
+    let is_plan = draw.contains(&Draw::Curves)
+        && rows.curvature.is_empty()
+        && path.as_ref().is_some_and(tells_no_curves);
     if let Some(track) = path.as_ref().filter(|_| rows.position_m.is_empty()) {
         let (x_m, y_m) = track.points_m();
         let clusters = standing(x_m, y_m);
@@ -185,7 +210,7 @@ pub(super) fn read(
             path = rows.path();
         }
     }
-    if let Some(track) = &path {
+    if let Some(track) = path.as_ref().filter(|_| !is_plan) {
         let (x_m, y_m) = track.points_m();
         let aside = jump::points_aside(x_m, y_m, track.noise_m());
         let found = jump::position_jump(&aside, |row| rows.places[row].to_string());
@@ -195,7 +220,7 @@ pub(super) fn read(
             path = rows.path();
         }
     }
-    if let Some(track) = &path {
+    if let Some(track) = path.as_ref().filter(|_| !is_plan) {
         let (x_m, y_m) = track.points_m();
         let jump =
             jump::lasting_jump(x_m, y_m, track.noise_m(), |row| rows.places[row].to_string());
@@ -204,8 +229,13 @@ pub(super) fn read(
     }
     let odometer_m = (!rows.position_m.is_empty()).then_some(rows.position_m.as_slice());
     let Rows { altitude_m, grade, curvature, .. } = &rows;
-    let found = contradiction::of_route(odometer_m, path.as_ref(), altitude_m, grade, curvature);
+    // a road is longer than the beelines between the places of a plan
+    let of_road = path.as_ref().filter(|path| !(is_plan && goes_around(odometer_m, path)));
+    let found = contradiction::of_route(odometer_m, of_road, altitude_m, grade, curvature);
     account.judged(file, found)?;
+    if let Some(path) = path.as_ref().filter(|_| is_plan && odometer_m.is_none()) {
+        account.judged(file, beeline(path))?;
+    }
     let positions = match &path {
         Some(path) if rows.position_m.is_empty() => &path.position_m,
         _ => &rows.position_m,
@@ -217,6 +247,7 @@ pub(super) fn read(
     let mut road = None;
     if let Some(path) = &path
         && (rows.position_m.is_empty() || rows.curvature.is_empty())
+        && !is_plan
     {
         noise.positions_m = checked_noise("positions", path.noise_m()).map_err(in_file(file))?;
         let is_grown = positions.windows(2).all(|pair| pair[1] > pair[0]);
@@ -232,7 +263,10 @@ pub(super) fn read(
             road = Some(smooth);
         } else if is_grown && positions.len() > 2 {
             let measured = odometer.then_some(positions.as_slice());
-            account.judged(file, sparse_points(path, measured, &rows.limit_mps))?;
+            let nominal = vec![NOMINAL_MPS; positions.len()];
+            let drawn = rows.limit_mps.is_empty();
+            let limit_mps = if drawn { &nominal } else { &rows.limit_mps };
+            account.judged(file, sparse_points(path, measured, limit_mps))?;
             let lengths_m = path.position_m.last().into_iter().chain(positions.last());
             if lengths_m.fold(0.0, |most: f64, m| most.max(*m)) < LONGEST_M
                 && let Some((rounded, given_m)) = path.rounded(measured, Rounding::LIKELY)
@@ -254,11 +288,16 @@ pub(super) fn read(
         position_m: positions.clone(),
         value: Values::Numbers(value),
     };
-    let mut tracks = vec![track("speed_limit_mps", Rule::Constant, rows.limit_mps)];
+    let mut tracks = Vec::new();
+    if !rows.limit_mps.is_empty() {
+        tracks.push(track("speed_limit_mps", Rule::Constant, rows.limit_mps));
+    }
     if !rows.grade.is_empty() {
         tracks.push(track("grade", Rule::Constant, rows.grade));
     } else if !rows.altitude_m.is_empty() {
-        account.findings.extend(sparse_altitudes::judge(&positions, &rows.altitude_m));
+        if !draw.contains(&Draw::Hills) {
+            account.findings.extend(sparse_altitudes::judge(&positions, &rows.altitude_m));
+        }
         let place = |row: usize| rows.places[row].to_string();
         let spikes = jump::altitude_spikes(&positions, &mut rows.altitude_m, place);
         account.findings.extend(spikes);
@@ -275,10 +314,11 @@ pub(super) fn read(
         }
         tracks.push(altitude);
     }
+    let objects = Objects::of(&positions, &rows.map_object, &rows.stop_s).map_err(in_file(file))?;
     if !rows.stop_s.is_empty() {
         let mut stops = Track::empty("stop_sign_s", Rule::Event);
-        let at = positions.iter().zip(rows.stop_s).filter(|(_, stop)| *stop > 0.0);
-        at.for_each(|(position_m, stop_s)| stops.push(*position_m, stop_s));
+        let at = positions.iter().zip(&objects.other_stop_s).filter(|(_, stop)| **stop > 0.0);
+        at.for_each(|(position_m, stop_s)| stops.push(*position_m, *stop_s));
         tracks.push(stops);
     }
     if !rows.road_type.is_empty() {
@@ -291,7 +331,8 @@ pub(super) fn read(
     }
     account.extent = Extent::of_way(&positions);
     let length_m = positions.last().copied();
-    let mut cycle = GivenCycle::from_tracks(&tracks, length_m).map_err(in_file(file))?;
+    let mut cycle = GivenCycle::from_partial_tracks(&tracks, length_m).map_err(in_file(file))?;
+    objects.put_into(&mut cycle);
     if !rows.curvature.is_empty() {
         cycle.curves = route_geometry::curves_of_curvature(&positions, &rows.curvature);
     } else if let Some(road) = &road {
@@ -301,13 +342,21 @@ pub(super) fn read(
         for curve in &mut cycle.curves {
             curve.end_m = curve.end_m.min(cycle.length_m);
         }
-    } else if let Some(path) = &path {
+    } else if let Some(path) = path.as_ref().filter(|_| !is_plan) {
         cycle.curves = path.curves(&positions);
     }
     cycle.heading_rad = road.as_ref().or(path.as_ref()).map(Path2d::heading_rad);
+    cycle.lacks_curves &= path.is_none() || is_plan;
     cycle.noise = noise;
-    account.judged(file, lacks(&quantities))?;
+    account.judged(file, lacks(&quantities, draw))?;
     Ok((cycle, account))
+}
+
+/// Whether the way is longer than the beelines by what a road may be.
+fn goes_around(odometer_m: Option<&[f64]>, path: &Path2d) -> bool {
+    let Some([first_m, .., last_m]) = odometer_m else { return false };
+    let beelines_m = path.position_m.last().copied().unwrap_or(0.0);
+    (beelines_m..=MOST_AROUND * beelines_m).contains(&(last_m - first_m))
 }
 
 /// Refuses points that scatter so much that they tell no road.
@@ -327,7 +376,7 @@ mod tests {
     use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, TableError> {
-        read(Source::Text(Path::new("r.csv"), text), &[]).map(|(cycle, _)| cycle)
+        read(Source::Text(Path::new("r.csv"), text), &[], &[]).map(|(cycle, _)| cycle)
     }
 
     #[test]
@@ -390,7 +439,7 @@ mod tests {
         });
         let header = "lat,lon,speed_limit_kmh\n".to_owned();
         let read = |text: String| {
-            super::read(Source::Text(Path::new("r.csv"), &text), &[]).expect("a route")
+            super::read(Source::Text(Path::new("r.csv"), &text), &[], &[]).expect("a route")
         };
         let (plain, _) = read(header.clone() + &way(0, 101).collect::<String>());
         let stands = way(0, 51).chain(wanders).chain(way(51, 101));

@@ -4,6 +4,7 @@ use super::in_file;
 use crate::intake::FileAccount;
 use crate::intake::table::error::Fault;
 use crate::intake::table::{Quantity, Table, TableError};
+use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Track, Values, names, rule_of};
 use serde::Deserialize;
@@ -43,7 +44,7 @@ const DAYS: [f64; 2] = [0.0, 366.0];
 const HEADINGS_RAD: [f64; 2] = [-6.3, 6.3];
 
 /// Reads the JSON form.
-pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, TableError> {
+pub(super) fn read_json(path: &Path, text: &str, draw: &[Draw]) -> Result<GivenCycle, TableError> {
     let json: CycleJson =
         serde_json::from_str(text).map_err(|error| TableError::of(path, Fault::Json(error)))?;
     let mut tracks = Vec::with_capacity(json.tracks.len());
@@ -60,7 +61,7 @@ pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, TableErro
         });
         tracks.push(track_of(name, track.position_m.into_iter().zip(cells)));
     }
-    let mut cycle = GivenCycle::from_tracks(&tracks, json.length_m).map_err(in_file(path))?;
+    let mut cycle = cycle_of(&tracks, json.length_m, draw).map_err(in_file(path))?;
     let (second, day) = (json.departure_s_of_day, json.departure_day_of_year);
     for (key, value, [from, to], allowed) in [
         ("heading_rad", json.heading_rad, HEADINGS_RAD, "an angle from -2 π to 2 π"),
@@ -78,7 +79,10 @@ pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, TableErro
 }
 
 /// Reads the form of a table.
-pub(super) fn read_table(table: Table) -> Result<(GivenCycle, FileAccount), TableError> {
+pub(super) fn read_table(
+    table: Table,
+    draw: &[Draw],
+) -> Result<(GivenCycle, FileAccount), TableError> {
     table.refuse_others()?;
     let file = table.path().to_owned();
     table.need(&[Quantity::Track, Quantity::Position, Quantity::Value])?;
@@ -99,8 +103,21 @@ pub(super) fn read_table(table: Table) -> Result<(GivenCycle, FileAccount), Tabl
     for (track, ..) in &rows {
         known(&file, track)?;
     }
-    let cycle = GivenCycle::from_tracks(&tracks, None).map_err(in_file(&file))?;
+    let cycle = cycle_of(&tracks, None, draw).map_err(in_file(&file))?;
     Ok((cycle, account))
+}
+
+/// The cycle of the tracks; limits may be lacking where they are drawn.
+fn cycle_of(
+    tracks: &[Track],
+    length_m: Option<f64>,
+    draw: &[Draw],
+) -> Result<GivenCycle, GivenCycleError> {
+    if draw.contains(&Draw::Limits) {
+        GivenCycle::from_partial_tracks(tracks, length_m)
+    } else {
+        GivenCycle::from_tracks(tracks, length_m)
+    }
 }
 
 /// A track of numbers where every cell is one, otherwise of words.
@@ -129,7 +146,7 @@ mod tests {
 
     fn parse(head: &str, tracks: &str) -> Result<GivenCycle, TableError> {
         let text = format!(r#"{{"length_m": 1000.0, {head}"tracks": [{tracks}]}}"#);
-        read_json(Path::new("a.json"), &text)
+        read_json(Path::new("a.json"), &text, &[])
     }
 
     #[test]

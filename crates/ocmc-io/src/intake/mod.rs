@@ -9,6 +9,7 @@
 pub mod account;
 pub mod contradiction;
 pub mod curve;
+pub mod drawn;
 pub mod drift;
 pub mod epw;
 pub mod finding;

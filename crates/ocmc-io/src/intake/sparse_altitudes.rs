@@ -34,7 +34,7 @@ pub fn judge(position_m: &[f64], altitude_m: &[f64]) -> Option<Finding> {
         rounded(spacing_m),
         rounded(LOST_PERCENT * spacing_m / 1000.0)
     );
-    let remedy = "give altitudes each 100 m";
+    let remedy = "give altitudes each 100 m, or have hills drawn between them, `--draw hills`";
     Some(Finding::warned(NAME, [spacing_m, BOUND_M], text, remedy))
 }
 

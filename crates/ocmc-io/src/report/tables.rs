@@ -254,6 +254,10 @@ fn driven_instead(
         if !keep.is_empty() {
             let _ = write!(text, ", with its own {}", keep.join(" and "));
         }
+        let draw: Vec<&str> = route.draw.iter().map(|draw| draw.name()).collect();
+        if !draw.is_empty() {
+            let _ = write!(text, ", where it lacks them with drawn {}", draw.join(" and "));
+        }
         if routes.len() > 1 {
             let _ = write!(text, ", {:.1} % of the cycles", 100.0 * route.weight / whole);
         }
@@ -313,6 +317,7 @@ mod tests {
     use super::*;
     use crate::given_drive::Follow;
     use crate::records::examples;
+    use ocmc_core::operating_cycle::drawn_part::Draw;
     use ocmc_core::operating_cycle::route::Keep;
 
     fn sums(records: &[Record]) -> Sums {
@@ -359,9 +364,13 @@ mod tests {
             file: file.to_owned(),
             weight,
             keep: keep.to_vec(),
+            draw: Vec::new(),
             columns: std::collections::BTreeMap::new(),
             sha256: None,
         };
+        let bare = RouteModel { draw: vec![Draw::Stops, Draw::Hills], ..route("a.csv", 1.0, &[]) };
+        let message = "a.csv, where it lacks them with drawn stops and hills".to_owned();
+        assert_eq!(driven_instead(&[bare], None), [("routes", message)]);
         let one = route("a.csv", 3.0, &[Keep::Weather, Keep::Traffic]);
         let rows = driven_instead(std::slice::from_ref(&one), None);
         let message = "a.csv, with its own weather and traffic".to_owned();

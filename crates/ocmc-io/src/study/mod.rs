@@ -62,6 +62,7 @@ use crate::intake::table::Mapping;
 use crate::intake::{Finding, study_value};
 use crate::sha256;
 use node::Node;
+use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::study::tree::Step;
@@ -122,7 +123,7 @@ impl LoadedStudy {
             let path = Path::new(&route.file);
             let of_file = || {
                 let mappings = Mapping::of_columns(&route.columns).ok()?;
-                given_cycle::read_with_account(path, &mappings).ok()
+                given_cycle::read_to_draw(path, &mappings, &route.draw).ok()
             };
             // a route that is built in has been read by us
             let read = if given_cycle::built_in(path).is_some() { None } else { of_file() };
@@ -155,7 +156,8 @@ impl LoadedStudy {
 
     /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read`]
     /// reads them with these columns assigned. A file that the study lists under `mission.routes`
-    /// keeps its weight, others weigh 1; `keep` is what they all keep.
+    /// keeps its weight, others weigh 1; `keep` is what they all keep, and `draw` what is drawn where
+    /// they lack it.
     ///
     /// # Errors
     /// [`StudyFileError`] says what is wrong with which file.
@@ -163,6 +165,7 @@ impl LoadedStudy {
         mut self,
         files: &[PathBuf],
         keep: &[Keep],
+        draw: &[Draw],
         mappings: &[Mapping],
     ) -> Result<Self, StudyFileError> {
         let columns = Mapping::columns(mappings);
@@ -175,6 +178,7 @@ impl LoadedStudy {
             file: file.display().to_string(),
             weight: weight(file),
             keep: keep.to_vec(),
+            draw: draw.to_vec(),
             columns: columns.clone(),
             sha256: None,
         };
@@ -204,7 +208,7 @@ impl LoadedStudy {
         cycle: GivenCycle,
         keep: &[Keep],
     ) -> Result<Self, StudyFileError> {
-        let study = self.study.with_routes(vec![(cycle, 1.0, keep.to_vec())]);
+        let study = self.study.with_routes(vec![(cycle, 1.0, keep.to_vec(), Vec::new())]);
         let study =
             study.map_err(|(_, error)| routes::fault(&given_cycle::in_file(file)(error)))?;
         Ok(Self { study, ..self })

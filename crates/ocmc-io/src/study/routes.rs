@@ -22,7 +22,7 @@ pub(super) fn attach(
     let mut cycles = Vec::with_capacity(routes.len());
     for (k, route) in routes.iter_mut().enumerate() {
         let cycle = read(route, files).map_err(|fault| (k, fault))?;
-        cycles.push((cycle, route.weight, route.keep.clone()));
+        cycles.push((cycle, route.weight, route.keep.clone(), route.draw.clone()));
     }
     if cycles.is_empty() {
         return Ok(study);
@@ -48,9 +48,11 @@ fn read_at(
     path: &Path,
     built_in: Option<&str>,
 ) -> Result<GivenCycle, TableError> {
-    let cycle = match built_in {
-        Some(text) => given_cycle::read_tracks(path, text)?,
-        None => given_cycle::read(path, &Mapping::of_columns(&route.columns)?)?,
+    let cycle = if let Some(text) = built_in {
+        given_cycle::read_tracks(path, text)?
+    } else {
+        let mappings = Mapping::of_columns(&route.columns)?;
+        given_cycle::read_to_draw(path, &mappings, &route.draw)?.0
     };
     let found = given_cycle::file_hash(path)?;
     if let Some(wanted) = route.sha256.take_if(|wanted| *wanted != found) {

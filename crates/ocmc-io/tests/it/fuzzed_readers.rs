@@ -425,7 +425,9 @@ const READERS: [Reader; 15] = [
 
 /// Reads a track in every way.
 fn read_track(path: &Path) -> bool {
-    let as_log = log::read(Source::File(path), &[], &log::roads::NEEDS).is_ok();
+    let as_log = log::read(Source::File(path), &[], &log::roads::NEEDS)
+        .map_err(|e| eprintln!("{e}"))
+        .is_ok();
     let as_route = given_cycle::read(path, &[]).is_ok();
     let as_cycle = drive_cycle::read(Source::File(path), &[]).is_ok();
     as_log || as_route || as_cycle
@@ -444,6 +446,13 @@ fn workbook() -> Vec<u8> {
         write!(rows, "<row r=\"{k}\">{cells}</row>").unwrap();
     }
     let space = "http://schemas.openxmlformats.org/";
+    let relation = |kind: &str, target: &str| {
+        format!(
+            "<Relationships xmlns=\"{space}package/2006/relationships\"><Relationship Id=\"rId1\" \
+             Type=\"{space}officeDocument/2006/relationships/{kind}\" Target=\"{target}\"/>\
+             </Relationships>"
+        )
+    };
     let parts = [
         (
             "xl/workbook.xml",
@@ -453,14 +462,8 @@ fn workbook() -> Vec<u8> {
                  </workbook>"
             ),
         ),
-        (
-            "xl/_rels/workbook.xml.rels",
-            format!(
-                "<Relationships xmlns=\"{space}package/2006/relationships\"><Relationship Id=\"rId1\" \
-                 Type=\"{space}officeDocument/2006/relationships/worksheet\" \
-                 Target=\"worksheets/sheet1.xml\"/></Relationships>"
-            ),
-        ),
+        ("_rels/.rels", relation("officeDocument", "xl/workbook.xml")),
+        ("xl/_rels/workbook.xml.rels", relation("worksheet", "worksheets/sheet1.xml")),
         (
             "xl/worksheets/sheet1.xml",
             format!(

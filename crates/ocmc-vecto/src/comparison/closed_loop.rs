@@ -60,7 +60,7 @@ pub(super) fn by_our_driver(
         return Ok(None);
     }
     let loaded = compared.in_vectos_air(request)?;
-    let given = loaded.on_routes(&[file.to_owned()], &[], &[])?;
+    let given = loaded.on_routes(&[file.to_owned()], &[], &[], &[])?;
     let record = drive_scenario(&given.study, given.study.sample(1, 0));
     Ok((record.outcome == Outcome::Completed).then(|| Terms::record(&record)))
 }

@@ -11,6 +11,7 @@ pub mod route_noise;
 pub mod speed_sign;
 pub mod surface;
 pub mod topography;
+pub mod types_of_signs;
 pub mod vehicle_class;
 
 use crate::breakdown::is_road_type_name;
@@ -20,8 +21,8 @@ use crate::switch::ModelSwitch;
 use crate::validation::Problems;
 use curvature::{Curve, CurveModel, merge_turns};
 use point_event::{
-    GiveWayModel, JunctionTurnModel, KINDS, PointEvent, RailwayCrossingModel, SpeedBumpModel,
-    StopSignModel, TrafficLightModel, space_out,
+    EventKind, GiveWayModel, JunctionTurnModel, KINDS, PointEvent, RailwayCrossingModel,
+    SpeedBumpModel, StopSignModel, TrafficLightModel, space_out,
 };
 use road_type::{RoadTypeChain, Section};
 use schemars::JsonSchema;
@@ -31,6 +32,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use surface::{Ground, GroundModel, RoughnessModel};
 use topography::{ClimbRule, TopographyModel, bridge, sample_slopes};
+use types_of_signs::TypesOfSigns;
 use vehicle_class::VehicleClass;
 
 /// Statistical description of roads.
@@ -274,12 +276,8 @@ impl RoadSampler {
         road.slope_step_m = self.model.slope_step_m;
         road.roughness_block_m = self.model.roughness_block_m;
         road.sections = self.sample_sections(length_m, streams);
-        let mut draws = streams.open(Stream::SpeedSign);
-        road.signs.clear();
-        for section in &road.sections {
-            self.sign_chains[section.road_type].sample(section, &mut draws, &mut road.signs);
-        }
-        self.sample_events(mission_stops, streams, without, road);
+        self.sample_signs(streams, road);
+        self.sample_events(mission_stops, &[], streams, without, road);
         road.curves.clear();
         if has(ModelSwitch::Curves) {
             self.sample_curves(streams, road);
@@ -303,6 +301,41 @@ impl RoadSampler {
         match self.model.truck_mix_log_sd {
             None => self.chain.sample(length_m, &mut draws),
             Some(log_sd) => self.chain.of_truck(log_sd, streams).sample(length_m, &mut draws),
+        }
+    }
+
+    /// The law of the road types of signs that are known; none where trucks have mixes of their
+    /// own, and each a law.
+    pub fn types_of_signs(&self, limits: &[(f64, f64)], length_m: f64) -> Option<TypesOfSigns> {
+        let one_mix = self.model.truck_mix_log_sd.is_none();
+        one_mix.then(|| TypesOfSigns::new(&self.chain, &self.sign_chains, limits, length_m))
+    }
+
+    /// Draws the road types of signs that are known, by their law where it is prepared.
+    pub fn sample_types_of_signs(
+        &self,
+        law: Option<&TypesOfSigns>,
+        limits: &[(f64, f64)],
+        length_m: f64,
+        streams: &Streams,
+    ) -> Vec<Section> {
+        let mut draws = streams.open(Stream::RoadType);
+        if let Some(law) = law {
+            return law.sample(&mut draws);
+        }
+        let chain = match self.model.truck_mix_log_sd {
+            None => &self.chain,
+            Some(log_sd) => &self.chain.of_truck(log_sd, streams),
+        };
+        TypesOfSigns::new(chain, &self.sign_chains, limits, length_m).sample(&mut draws)
+    }
+
+    /// Draws the signs of a road whose sections are known.
+    pub fn sample_signs(&self, streams: &Streams, road: &mut Road) {
+        let mut draws = streams.open(Stream::SpeedSign);
+        road.signs.clear();
+        for section in &road.sections {
+            self.sign_chains[section.road_type].sample(section, &mut draws, &mut road.signs);
         }
     }
 
@@ -333,30 +366,38 @@ impl RoadSampler {
         road.grounds = road.sections.iter().map(ground).collect();
     }
 
-    fn sample_events(
+    /// Draws the events of a road whose sections are known, of all kinds that none of the `given`
+    /// ones is of, and away from those.
+    pub fn sample_events(
         &self,
         mission_stops: &[PointEvent],
+        given: &[PointEvent],
         streams: &Streams,
         without: &[ModelSwitch],
         road: &mut Road,
     ) {
         road.events.clear();
         road.events.extend_from_slice(mission_stops);
-        for model in KINDS.iter().filter_map(|kind| kind.model) {
-            if without.contains(&model.switch) {
-                continue;
-            }
+        for kind in KINDS {
+            let is_known = given.iter().any(|event| kind.includes(&event.kind));
+            let model = kind.model.filter(|model| !without.contains(&model.switch) && !is_known);
+            let Some(model) = model else { continue };
             let mut draws = streams.open(model.stream);
             for section in &road.sections {
                 let road_type = &self.types[section.road_type];
                 (model.sample)(road_type, section, &mut draws, &mut road.events);
             }
         }
-        let free_m = self.model.event_free_end_m;
-        space_out(&mut road.events, road.length_m, self.model.event_spacing_m, free_m);
+        let (spacing_m, free_m) = (self.model.event_spacing_m, self.model.event_free_end_m);
+        road.events.retain(|event| {
+            let near = |given: &PointEvent| (given.position_m - event.position_m).abs() < spacing_m;
+            matches!(event.kind, EventKind::MissionStop { .. }) || !given.iter().any(near)
+        });
+        space_out(&mut road.events, road.length_m, spacing_m, free_m);
     }
 
-    fn sample_curves(&self, streams: &Streams, road: &mut Road) {
+    /// Draws the curves of a road whose signs and events are known.
+    pub fn sample_curves(&self, streams: &Streams, road: &mut Road) {
         let mut draws = streams.open(Stream::Curve);
         let mut sign = 0;
         for section in &road.sections {
@@ -388,7 +429,8 @@ impl RoadSampler {
         }
     }
 
-    fn sample_slopes(&self, streams: &Streams, without: &[ModelSwitch], road: &mut Road) {
+    /// Draws the slopes of a road whose sections are known.
+    pub fn sample_slopes(&self, streams: &Streams, without: &[ModelSwitch], road: &mut Road) {
         let step_m = self.model.slope_step_m;
         if without.contains(&ModelSwitch::Slope) {
             road.slopes.clear();

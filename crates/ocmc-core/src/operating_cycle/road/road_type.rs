@@ -59,6 +59,26 @@ impl RoadTypeChain {
         Self { mean_length_m, share_by_length, ..self.clone() }
     }
 
+    /// Rate at which a stretch of a type ends once it has its shortest length, per m; 0 where it is
+    /// the only type.
+    pub fn ends_per_m(&self, road_type: usize) -> f64 {
+        if self.next[road_type].iter().all(|weight| *weight == 0.0) {
+            return 0.0;
+        }
+        let beyond_m = self.mean_length_m[road_type] - self.minimum_length_m[road_type];
+        1.0 / beyond_m.max(1.0)
+    }
+
+    /// Shortest stretch of a type, in m.
+    pub fn minimum_length_m(&self, road_type: usize) -> f64 {
+        self.minimum_length_m[road_type]
+    }
+
+    /// Weights of the types that follow one.
+    pub fn next(&self, road_type: usize) -> &[f64] {
+        &self.next[road_type]
+    }
+
     /// Share of each type by length, in the long run.
     pub fn share_by_length(&self) -> &[f64] {
         &self.share_by_length

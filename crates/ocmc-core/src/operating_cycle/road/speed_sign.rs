@@ -107,6 +107,21 @@ impl SpeedSignChain {
         changes.iter().zip(&self.rate_per_m).map(of_sign).sum()
     }
 
+    /// The signs' faces, in m/s.
+    pub fn speed_mps(&self) -> &[f64] {
+        &self.speed_mps
+    }
+
+    /// Share of each face by length.
+    pub fn share(&self) -> &[f64] {
+        &self.share
+    }
+
+    /// Rates of the changes from each face to each, per metre; zero on the diagonal.
+    pub fn rate_per_m(&self) -> &[Vec<f64>] {
+        &self.rate_per_m
+    }
+
     /// Mean number of changes per metre, 1/m.
     pub fn flux_per_m(&self) -> f64 {
         let of_sign = |(share, rates): (&f64, &Vec<f64>)| share * rates.iter().sum::<f64>();

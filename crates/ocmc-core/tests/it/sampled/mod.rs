@@ -2,6 +2,7 @@
 //! quantity that has no test beside its model, and that freezing a factor or turning a part off
 //! changes nothing else.
 
+mod drawn_part;
 mod driver;
 mod mission;
 mod point_event;

@@ -333,10 +333,17 @@ impl TableError {
 
     /// What to do, where the message does not say so.
     pub fn help(&self) -> Option<&'static str> {
-        matches!(*self.fault, Fault::OverTime(_)).then_some(
-            "a speed over time is driven with --follow-speed exact or --follow-speed driver (in \
-             Python follow_speed)",
-        )
+        match &*self.fault {
+            Fault::OverTime(_) => Some(
+                "a speed over time is driven with --follow-speed exact or --follow-speed driver \
+                 (in Python follow_speed)",
+            ),
+            Fault::Missing { what, .. } if *what == super::Quantity::Limit.noun() => Some(
+                "a route without limits has them drawn from the study's road types with --draw \
+                 limits (in Python draw)",
+            ),
+            _ => None,
+        }
     }
 
     /// Whether columns are there and unclear: two of one quantity, or one with two units.

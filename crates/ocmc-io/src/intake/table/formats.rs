@@ -181,6 +181,7 @@ pub const ROUTE: Schema = Schema {
         Field::of(Q::Curvature).within(-0.5, 0.5, "-0.5 to 0.5"),
         Field::of(Q::Stop).within(0.0, 172_800.0, "0 to 172800"),
         Field::of(Q::RoadType),
+        Field::of(Q::MapObject),
     ],
 };
 

@@ -39,6 +39,7 @@ pub(super) const GIVE_WAY: EventDeclaration = EventDeclaration {
         sample: |road_type, section, draws, events| {
             road_type.give_ways.sample(section, draws, events);
         },
+        mark: |road_type, draws| Some(road_type.give_ways.mark(draws)),
         estimation: |road_type| {
             let model = &mut road_type.give_ways;
             let stops = |kind: &EventKind| wait_s(kind).is_some();
@@ -93,13 +94,16 @@ pub struct GiveWayModel {
 impl GiveWayModel {
     /// Appends the give-way signs of one section.
     pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
-        poisson(self.per_m, section, draws, events, |draws| {
-            let kind = if draws.happens(self.stop_probability) {
-                EventKind::GiveWayStop { standstill_s: self.wait_s.sample(draws) }
-            } else {
-                EventKind::GiveWayPass { speed_mps: self.pass_speed_mps.sample(draws) }
-            };
-            (kind, draws.happens(self.turn_share))
-        });
+        poisson(self.per_m, section, draws, events, |draws| self.mark(draws));
+    }
+
+    /// Draws what one give-way sign is, and whether the vehicle turns there.
+    pub fn mark(&self, draws: &mut Draws) -> (EventKind, bool) {
+        let kind = if draws.happens(self.stop_probability) {
+            EventKind::GiveWayStop { standstill_s: self.wait_s.sample(draws) }
+        } else {
+            EventKind::GiveWayPass { speed_mps: self.pass_speed_mps.sample(draws) }
+        };
+        (kind, draws.happens(self.turn_share))
     }
 }

@@ -239,6 +239,9 @@ pub struct EventModel {
     pub switch: ModelSwitch,
     /// Appends the events of one section.
     pub sample: fn(&RoadTypeModel, &Section, &mut Draws, &mut Vec<PointEvent>),
+    /// Draws what an event at a known place is, and whether the vehicle turns there; none where the
+    /// road type has no such events.
+    pub mark: fn(&RoadTypeModel, &mut Draws) -> Option<(EventKind, bool)>,
     /// What a fit estimates of a road type; none where it has no such events.
     pub estimation: fn(&mut RoadTypeModel) -> Option<EventEstimation<'_>>,
 }

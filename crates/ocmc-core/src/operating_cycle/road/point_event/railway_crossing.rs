@@ -51,6 +51,7 @@ pub(super) const RAILWAY_CROSSING: EventDeclaration = EventDeclaration {
                 model.sample(section, draws, events);
             }
         },
+        mark: |road_type, draws| road_type.railway_crossings.as_ref().map(|m| m.mark(draws)),
         estimation: |road_type| {
             let model = road_type.railway_crossings.as_mut()?;
             let closed = |kind: &EventKind| wait_s(kind).is_some();
@@ -114,14 +115,17 @@ pub struct RailwayCrossingModel {
 impl RailwayCrossingModel {
     /// Appends the railway crossings of one section.
     pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
-        poisson(self.per_m, section, draws, events, |draws| {
-            let kind = if draws.happens(self.closed_probability) {
-                EventKind::ClosedCrossing { standstill_s: self.wait_s.sample(draws) }
-            } else {
-                let speed_mps = self.pass_speed_mps.sample(draws);
-                EventKind::OpenCrossing { speed_mps, standstill_s: self.stop_s.sample(draws) }
-            };
-            (kind, false)
-        });
+        poisson(self.per_m, section, draws, events, |draws| self.mark(draws));
+    }
+
+    /// Draws what one railway crossing is, and whether the vehicle turns there.
+    pub fn mark(&self, draws: &mut Draws) -> (EventKind, bool) {
+        let kind = if draws.happens(self.closed_probability) {
+            EventKind::ClosedCrossing { standstill_s: self.wait_s.sample(draws) }
+        } else {
+            let speed_mps = self.pass_speed_mps.sample(draws);
+            EventKind::OpenCrossing { speed_mps, standstill_s: self.stop_s.sample(draws) }
+        };
+        (kind, false)
     }
 }

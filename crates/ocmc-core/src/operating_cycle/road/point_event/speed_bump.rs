@@ -33,6 +33,7 @@ pub(super) const SPEED_BUMP: EventDeclaration = EventDeclaration {
         sample: |road_type, section, draws, events| {
             road_type.speed_bumps.sample(section, draws, events);
         },
+        mark: |road_type, draws| Some(road_type.speed_bumps.mark(draws)),
         estimation: |road_type| {
             let model = &mut road_type.speed_bumps;
             Some(EventEstimation {
@@ -74,10 +75,13 @@ pub struct SpeedBumpModel {
 impl SpeedBumpModel {
     /// Appends the speed bumps of one section.
     pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
-        poisson(self.per_m, section, draws, events, |draws| {
-            let length_m = self.length_m.sample(draws);
-            let height_m = self.height_m.sample(draws);
-            (EventKind::SpeedBump { length_m, height_m }, false)
-        });
+        poisson(self.per_m, section, draws, events, |draws| self.mark(draws));
+    }
+
+    /// Draws what one speed bump is, and whether the vehicle turns there.
+    pub fn mark(&self, draws: &mut Draws) -> (EventKind, bool) {
+        let length_m = self.length_m.sample(draws);
+        let height_m = self.height_m.sample(draws);
+        (EventKind::SpeedBump { length_m, height_m }, false)
     }
 }

@@ -32,6 +32,7 @@ pub(super) const STOP_SIGN: EventDeclaration = EventDeclaration {
         sample: |road_type, section, draws, events| {
             road_type.stop_signs.sample(section, draws, events);
         },
+        mark: |road_type, draws| Some(road_type.stop_signs.mark(draws)),
         estimation: |road_type| {
             let model = &mut road_type.stop_signs;
             let standstill_s = STOP_SIGN.forms[0].tracks[0].value;
@@ -64,9 +65,12 @@ pub struct StopSignModel {
 impl StopSignModel {
     /// Appends the stop signs of one section.
     pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
-        poisson(self.per_m, section, draws, events, |draws| {
-            let kind = EventKind::StopSign { standstill_s: self.standstill_s.sample(draws) };
-            (kind, draws.happens(self.turn_share))
-        });
+        poisson(self.per_m, section, draws, events, |draws| self.mark(draws));
+    }
+
+    /// Draws what one stop sign is, and whether the vehicle turns there.
+    pub fn mark(&self, draws: &mut Draws) -> (EventKind, bool) {
+        let kind = EventKind::StopSign { standstill_s: self.standstill_s.sample(draws) };
+        (kind, draws.happens(self.turn_share))
     }
 }

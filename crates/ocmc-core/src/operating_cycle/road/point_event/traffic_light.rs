@@ -41,6 +41,7 @@ pub(super) const TRAFFIC_LIGHT: EventDeclaration = EventDeclaration {
         sample: |road_type, section, draws, events| {
             road_type.traffic_lights.sample(section, draws, events);
         },
+        mark: |road_type, draws| Some(road_type.traffic_lights.mark(draws)),
         estimation: |road_type| {
             let model = &mut road_type.traffic_lights;
             let red = |kind: &EventKind| wait_s(kind).is_some();
@@ -82,13 +83,16 @@ pub struct TrafficLightModel {
 impl TrafficLightModel {
     /// Appends the traffic lights of one section.
     pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
-        poisson(self.per_m, section, draws, events, |draws| {
-            let kind = if draws.happens(self.red_probability) {
-                EventKind::RedLight { standstill_s: self.wait_s.sample(draws) }
-            } else {
-                EventKind::GreenLight
-            };
-            (kind, draws.happens(self.turn_share))
-        });
+        poisson(self.per_m, section, draws, events, |draws| self.mark(draws));
+    }
+
+    /// Draws what one traffic light is, and whether the vehicle turns there.
+    pub fn mark(&self, draws: &mut Draws) -> (EventKind, bool) {
+        let kind = if draws.happens(self.red_probability) {
+            EventKind::RedLight { standstill_s: self.wait_s.sample(draws) }
+        } else {
+            EventKind::GreenLight
+        };
+        (kind, draws.happens(self.turn_share))
     }
 }
