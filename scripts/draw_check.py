@@ -33,7 +33,7 @@ def call(*words: str) -> str:
 
 
 def stripped(text: str, left: str) -> str:
-    """A route by rows of what is left of a road's tracks."""
+    """Make a route by rows of what is left of a road's tracks."""
     rows = [line.split(",") for line in text.splitlines()[1:]]
     length_m = max(float(row[2]) for row in rows)
     if left == "lengths":
@@ -97,7 +97,8 @@ def main() -> None:
                 failed |= bad
                 numbers = " ".join(f"{error:6.2f}" for error in errors)
                 print(
-                    f"{study:16} {left:8} {numbers}   {adjusted:+.3f} of +-{half:.3f}{'  FAILS' if bad else ''}",
+                    f"{study:16} {left:8} {numbers}   {adjusted:+.3f} of +-{half:.3f}"
+                    f"{'  FAILS' if bad else ''}",
                     flush=True,
                 )
     sys.exit(failed)

@@ -12,23 +12,26 @@ or within its own interval.
 
 import csv
 import io
+import itertools
 import json
 import math
 import random
 import subprocess
 import sys
 import tempfile
-from datetime import datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 STUDY = ["--study", "field-truck"]
 SCATTER_M, HEIGHT_M, MEMORY_S = 3.0, 4.0, 30.0
-START = datetime(2024, 3, 4, 6, 0, 0, tzinfo=timezone.utc)
+START = datetime(2024, 3, 4, 6, 0, 0, tzinfo=UTC)
 EARTH_M = 6371008.8
+# Largest relative errors, and rows so sparse that the interval of a fit may say it instead.
+LENGTH, SLOPE, SPARSE_S = 0.005, 0.05, 10.0
 
 
 def rows_of(ocmc, cycle):
-    """Time, x, y, z in m, speed in m/s of a trip each 0.5 s or so."""
+    """Give time, x, y, z in m, speed in m/s of a trip each 0.5 s or so."""
     out = subprocess.run(
         [ocmc, "trace", *STUDY, "--cycle-id", str(cycle)], check=True, capture_output=True, text=True
     )
@@ -45,14 +48,14 @@ def rows_of(ocmc, cycle):
 
 
 def sampled(rows, step_s, draw):
-    """Rows each `step_s` with the errors of a receiver, and gaps."""
+    """Give rows each `step_s` with the errors of a receiver, and gaps."""
     found, errors = [], [draw.gauss(0, 1) for _ in range(3)]
     keep = math.exp(-step_s / MEMORY_S)
     next_s, lost_until = 0.0, -1.0
-    for before, row in zip(rows, rows[1:]):
+    for before, row in itertools.pairwise(rows):
         while next_s < row[0]:
             share = max(0.0, (next_s - before[0]) / (row[0] - before[0]))
-            time_s, x, y, z, _, at_m = (a + share * (b - a) for a, b in zip(before, row))
+            _, x, y, z, _, at_m = (a + share * (b - a) for a, b in zip(before, row, strict=True))
             kick = math.sqrt(1 - keep * keep)
             errors = [keep * e + kick * draw.gauss(0, 1) for e in errors]
             if lost_until < next_s and draw.random() < step_s / 1800.0:
@@ -63,9 +66,7 @@ def sampled(rows, step_s, draw):
                         next_s,
                         50.0 + math.degrees((y + SCATTER_M * errors[0]) / EARTH_M),
                         9.0
-                        + math.degrees(
-                            (x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(50.0))
-                        ),
+                        + math.degrees((x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(50.0))),
                         z + HEIGHT_M * errors[2],
                         at_m,
                     )
@@ -75,10 +76,13 @@ def sampled(rows, step_s, draw):
 
 
 def stamp(day, time_s):
-    return (START + timedelta(days=day, seconds=time_s)).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    """Give the time of a row as text, in UTC."""
+    at = START + timedelta(days=day, seconds=time_s)
+    return at.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def gpx(trips):
+    """Write GPX, a track a trip."""
     parts = ['<?xml version="1.0"?><gpx version="1.1" creator="made up">']
     for k, rows in enumerate(trips):
         parts.append(f"<trk><name>trip {k}</name><trkseg>")
@@ -91,6 +95,7 @@ def gpx(trips):
 
 
 def geojson(trips):
+    """Write GeoJSON, a feature a trip."""
     features = [
         {
             "type": "Feature",
@@ -106,6 +111,7 @@ def geojson(trips):
 
 
 def kml(trips):
+    """Write KML, a placemark a trip."""
     parts = ['<?xml version="1.0"?><kml xmlns:gx="g"><Document>']
     for k, rows in enumerate(trips):
         parts.append(f"<Placemark><name>trip {k}</name><gx:Track>")
@@ -119,19 +125,26 @@ HEAD = ["Fahrzeug", "trip_id", "Zeit", "Breitengrad", "Längengrad", "Höhe [m]"
 
 
 def cells(trips):
+    """Give the rows of a table of positions."""
     for k, rows in enumerate(trips):
         for t, la, lo, z, _ in rows:
             yield f"truck {k % 10}", k, stamp(k, t), round(la, 7), round(lo, 7), round(z, 1)
 
 
 def semicolons(trips):
+    """Write CSV with semicolons and decimal commas."""
     text = [";".join(HEAD)]
-    text += [";".join(str(cell).replace(".", ",") if isinstance(cell, float) else str(cell) for cell in row) for row in cells(trips)]
+
+    def written(cell):
+        return str(cell).replace(".", ",") if isinstance(cell, float) else str(cell)
+
+    text += [";".join(map(written, row)) for row in cells(trips)]
     return "\n".join(text) + "\n"
 
 
 def xlsx(trips, path):
-    import openpyxl
+    """Write a workbook."""
+    import openpyxl  # noqa: PLC0415 (it need not be installed)
 
     book = openpyxl.Workbook(write_only=True)
     sheet = book.create_sheet("Positionen")
@@ -142,6 +155,7 @@ def xlsx(trips, path):
 
 
 def rfms(trips):
+    """Write the answer of an rFMS server: ten trucks, parted by the ignition."""
     statuses, way_m = [], [0.0] * 10
     for k, rows in enumerate(trips):
         truck = k % 10
@@ -156,7 +170,12 @@ def rfms(trips):
                     "engineTotalFuelUsed": round(300 * (way_m[truck] + at_m) / 1000),
                     "grossCombinationVehicleWeight": 30000,
                     "snapshotData": {
-                        "gnssPosition": {"latitude": round(la, 7), "longitude": round(lo, 7), "altitude": round(z, 1), "positionDateTime": stamp(k, t)}
+                        "gnssPosition": {
+                            "latitude": round(la, 7),
+                            "longitude": round(lo, 7),
+                            "altitude": round(z, 1),
+                            "positionDateTime": stamp(k, t),
+                        }
                     },
                 }
             )
@@ -165,10 +184,12 @@ def rfms(trips):
 
 
 def main():
-    ocmc = sys.argv[1] if len(sys.argv) > 1 else "target/release/ocmc"
-    count = int(sys.argv[2]) if len(sys.argv) > 2 else 60
-    seed = int(sys.argv[3]) if len(sys.argv) > 3 else 1
-    draw = random.Random(seed)
+    """Drive, export, read back and compare."""
+    given = sys.argv[1:]
+    defaults = ["target/release/ocmc", "60", "1"]
+    ocmc, count, seed = [*given, *defaults[len(given) :]][:3]
+    count, seed = int(count), int(seed)
+    draw = random.Random(seed)  # noqa: S311 (no secret)
     trips = [rows_of(ocmc, 1000 * seed + k) for k in range(count)]
     length_km = sum(rows[-1][5] for rows in trips) / 1000
     truth = (count, length_km, slope_sd(trips))
@@ -176,7 +197,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for step_s in (1.0, 5.0, 10.0):
             tracks = [sampled(rows, step_s, draw) for rows in trips]
-            files = {"gpx": gpx, "geojson": geojson, "kml": kml, "csv": semicolons, "json": rfms, "xlsx": None}
+            files = {"gpx": gpx, "geojson": geojson, "kml": kml, "csv": semicolons, "json": rfms}
+            files["xlsx"] = None
             for ending, write in files.items():
                 path = Path(folder) / f"trips.{ending}"
                 if write:
@@ -192,6 +214,7 @@ def main():
                         continue
                 answer = subprocess.run(
                     [ocmc, "fit", "operating-cycle", str(path), "--road-type", "rural", "--json"],
+                    check=False,
                     capture_output=True,
                     text=True,
                 )
@@ -206,10 +229,10 @@ def main():
 
 
 def slope_sd(trips):
-    """SD of the slopes over the way, about the mean slope of each trip."""
+    """Give the SD of the slopes over the way, about the mean slope of each trip."""
     squares, ways = 0.0, 0.0
     for rows in trips:
-        steps = [(b[5] - a[5], b[3] - a[3]) for a, b in zip(rows, rows[1:]) if b[5] > a[5]]
+        steps = [(b[5] - a[5], b[3] - a[3]) for a, b in itertools.pairwise(rows) if b[5] > a[5]]
         way = sum(step[0] for step in steps)
         mean = sum(step[1] for step in steps) / way
         squares += sum(dz * dz / ds for ds, dz in steps) - mean * mean * way
@@ -218,7 +241,7 @@ def slope_sd(trips):
 
 
 def judged(step_s, ending, fit, notes, truth):
-    """Prints what came back, and counts what did not."""
+    """Print what came back, and count what did not."""
     count, length_km, wanted_sd = truth
     trips = fit["cycles"]
     [length] = [entry["value"] for entry in fit["mission"] if entry["key"] == "length_m, mean"]
@@ -228,15 +251,15 @@ def judged(step_s, ending, fit, notes, truth):
     sd, error = slope["value"], slope["standard_error"] or float("nan")
     told = fit["told"]["curves"] != "none" and fit["told"]["curves"] is not None
     known = "curves are not known" not in notes and told
-    close = abs(sd / wanted_sd - 1) <= 0.05
+    close = abs(sd / wanted_sd - 1) <= SLOPE
     covers = abs(sd - wanted_sd) <= 1.96 * error
     print(
         f"{step_s:4.0f} s {ending:8} trips {trips} of {count}, length {100 * off:+.2f} %, "
         f"slope SD {sd:.5f} ± {1.96 * error:.5f} of {wanted_sd:.5f} ({100 * (sd / wanted_sd - 1):+.1f} %), "
         f"curves {'told' if known else 'not known'}"
     )
-    slopes = close or (step_s >= 10 and covers)
-    return (trips != count) + (abs(off) > 0.005) + (not slopes) + known
+    slopes = close or (step_s >= SPARSE_S and covers)
+    return (trips != count) + (abs(off) > LENGTH) + (not slopes) + known
 
 
 if __name__ == "__main__":
