@@ -285,6 +285,8 @@ pub fn fit_operating_cycle(
 ) -> Result<FitAnswer<RoadFit>, Error> {
     let OperatingCycleRequest { roads, mappings, base, options, radius_range_m, steering } =
         request;
+    let curb_mass_kg = options.curb_mass_kg.or(Some(base.vehicle.curb_mass_kg));
+    let options = &RoadOptions { curb_mass_kg, ..options.clone() };
     let mut found = FoundRoads::default();
     let read = |road: &RoadSource| match road {
         RoadSource::Cycle(cycle) => {

@@ -114,6 +114,8 @@ pub struct RoadOptions {
     pub road_type: Option<String>,
     /// Limits of logs that have none.
     pub missing_limits: MissingLimits,
+    /// Mass that is taken off gross weights, in kg: the rest is payload; none: they tell none.
+    pub curb_mass_kg: Option<f64>,
 }
 
 impl Default for RoadOptions {
@@ -125,6 +127,7 @@ impl Default for RoadOptions {
             mission_stop_s: 300.0,
             road_type: None,
             missing_limits: MissingLimits::Unknown,
+            curb_mass_kg: None,
         }
     }
 }

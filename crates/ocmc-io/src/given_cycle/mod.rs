@@ -14,7 +14,7 @@ mod vdri;
 use crate::input_file;
 use crate::intake::table::error::Fault;
 use crate::intake::table::formats::{DRIVE_CYCLE, TRACKS};
-use crate::intake::table::source::{ending, is_of_format, is_table, read_text};
+use crate::intake::table::source::{ending, is_of_format, is_table, is_track, read_text};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, drawn, high_altitude, slope, unlike_a_road};
 use crate::sha256;
@@ -102,6 +102,7 @@ fn read_unjudged(
             let file = path.display().to_string();
             Ok((cycle, FileAccount { file, ..FileAccount::default() }))
         }
+        _ if is_track(path) => route::read(Source::File(path), mappings, draw),
         _ if is_table(path) => {
             let tracks = Table::open(Source::File(path), &TRACKS, &[])?;
             if tracks.column(Quantity::Track).is_some() {
@@ -110,7 +111,10 @@ fn read_unjudged(
                 route::read(Source::File(path), mappings, draw)
             }
         }
-        _ => Err(TableError::of(path, Fault::Extension)),
+        _ => {
+            check_readable(path)?;
+            Err(TableError::of(path, Fault::Extension))
+        }
     }
 }
 

@@ -78,3 +78,6 @@ fn text_of(bytes: &[u8]) -> String {
 fn contains(bytes: &[u8], piece: &[u8]) -> bool {
     bytes.windows(piece.len()).any(|window| window == piece)
 }
+
+#[cfg(test)]
+mod tests;

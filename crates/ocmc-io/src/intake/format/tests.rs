@@ -1,0 +1,159 @@
+//! What each format gives, and what is refused.
+
+use super::*;
+use crate::intake::table::given::Cells;
+use std::io::{Cursor, Write};
+
+fn content(bytes: &[u8]) -> Result<Content, String> {
+    recognise(bytes).expect("a format").read(Path::new("a"), bytes)
+}
+
+fn columns(text: &str) -> GivenTable {
+    match content(text.as_bytes()) {
+        Ok(Content::Columns(table, _)) => table,
+        Ok(Content::Cells(..)) => panic!("no columns"),
+        Err(reason) => panic!("{reason}"),
+    }
+}
+
+fn names(table: &GivenTable) -> Vec<&str> {
+    table.names().iter().map(String::as_str).collect()
+}
+
+fn numbers(table: &GivenTable, name: &str) -> Vec<f64> {
+    let place = names(table).iter().position(|known| *known == name).expect("a column");
+    match table.cells(place) {
+        Ok(Cells::Numbers(numbers)) => numbers.values().to_vec(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn words(table: &GivenTable, name: &str) -> Vec<String> {
+    let place = names(table).iter().position(|known| *known == name).expect("a column");
+    let words = table.words(place).expect("words");
+    words.iter().map(|word| word.unwrap_or("").to_owned()).collect()
+}
+
+#[test]
+fn tracks_of_gpx_are_drives_and_their_segments_are_not() {
+    let point = |k: u32| {
+        format!(
+            "<trkpt lat='5{k}' lon='9'><ele>{k}</ele><time>2024-03-04T06:00:0{k}Z</time><extensions>\
+             <x:TrackPointExtension><x:speed>1{k}.5</x:speed><x:course>90</x:course>\
+             </x:TrackPointExtension></extensions></trkpt>"
+        )
+    };
+    let text = format!(
+        "<?xml version='1.0'?><gpx><wpt lat='1' lon='1'><name>w</name></wpt><trk><name>a &amp; b</name>\
+         <trkseg>{}</trkseg><trkseg>{}</trkseg></trk><trk><trkseg>{}</trkseg></trk></gpx>",
+        point(1),
+        point(2),
+        point(3)
+    );
+    let table = columns(&text);
+    assert_eq!(words(&table, "drive"), ["a & b", "a & b", "track 2"]);
+    assert_eq!(numbers(&table, "latitude_deg"), [51.0, 52.0, 53.0]);
+    assert_eq!(numbers(&table, "altitude_m"), [1.0, 2.0, 3.0]);
+    assert_eq!(numbers(&table, "speed_mps"), [11.5, 12.5, 13.5]);
+    assert_eq!(numbers(&table, "course_deg"), [90.0; 3]);
+    assert_eq!(words(&table, "time")[2], "2024-03-04T06:00:03Z");
+    // of a file without tracks the routes are taken
+    let route = "<gpx><rte><rtept lat='50' lon='9'/><rtept lat='51' lon='9'/></rte></gpx>";
+    assert_eq!(names(&columns(route)), ["latitude_deg", "longitude_deg"]);
+}
+
+#[test]
+fn kml_and_geojson_tell_the_same_line() {
+    let kml = "<kml xmlns:gx='g'><Placemark><name>a</name><LineString><coordinates>9,50,7 9.1,50.1,8\
+               </coordinates></LineString></Placemark></kml>";
+    let geojson = r#"{"type":"Feature","properties":{"name":"a"},
+                      "geometry":{"type":"LineString","coordinates":[[9,50,7],[9.1,50.1,8]]}}"#;
+    for text in [kml, geojson] {
+        let table = columns(text);
+        assert_eq!(names(&table), ["latitude_deg", "longitude_deg", "altitude_m"]);
+        assert_eq!(numbers(&table, "longitude_deg"), [9.0, 9.1]);
+        assert_eq!(numbers(&table, "altitude_m"), [7.0, 8.0]);
+    }
+    let timed = "<kml xmlns:gx='g'><Placemark><gx:Track><when>2024-01-01T00:00:00Z</when>\
+                 <when>2024-01-01T00:00:01Z</when><gx:coord>9 50 7</gx:coord><gx:coord>9 51 7</gx:coord>\
+                 </gx:Track></Placemark></kml>";
+    assert_eq!(words(&columns(timed), "time")[1], "2024-01-01T00:00:01Z");
+    let times = r#"{"type":"Feature","properties":{"coordTimes":[1704067200000, "2024-01-01T00:00:01Z"]},
+                    "geometry":{"type":"LineString","coordinates":[[9,50],[9.1,50.1]]}}"#;
+    assert_eq!(words(&columns(times), "time"), ["2024-01-01T00:00:00Z", "2024-01-01T00:00:01Z"]);
+    let places = r#"{"type":"FeatureCollection","features":[
+        {"type":"Feature","properties":{"speed_kmh":50,"stop":"x"},
+         "geometry":{"type":"Point","coordinates":[9,50]}},
+        {"type":"Feature","properties":{"speed_kmh":null},
+         "geometry":{"type":"Point","coordinates":[9,51]}}]}"#;
+    let table = columns(places);
+    assert_eq!(names(&table), ["speed_kmh", "stop", "latitude_deg", "longitude_deg"]);
+    assert!(numbers(&table, "speed_kmh")[1].is_nan());
+}
+
+#[test]
+fn messages_of_rfms_stand_by_vehicle_and_time() {
+    let status = |vin: &str, second: u32, trigger: &str| {
+        format!(
+            r#"{{"vin":"{vin}","createdDateTime":"2024-03-04T06:00:0{second}Z",
+                "triggerType":{{"triggerType":"{trigger}"}},"engineTotalFuelUsed":{second}500,
+                "grossCombinationVehicleWeight":30000,"hrTotalVehicleDistance":{second},
+                "driver1Id":{{"tachoDriverIdentification":{{"driverIdentification":"d"}}}},
+                "snapshotData":{{"wheelBasedSpeed":72.5,
+                "gnssPosition":{{"latitude":50,"longitude":9,"heading":90}}}}}}"#
+        )
+    };
+    let all = [status("B", 1, "TIMER"), status("A", 2, "ENGINE_OFF"), status("A", 1, "ENGINE_ON")];
+    let text = format!(r#"{{"vehicleStatusResponse":{{"vehicleStatuses":[{}]}}}}"#, all.join(","));
+    let table = columns(&text);
+    assert_eq!(words(&table, "truck"), ["A", "A", "B"]);
+    assert_eq!(words(&table, "ignition"), ["on", "off", ""]);
+    assert_eq!(words(&table, "driver"), ["d"; 3]);
+    assert_eq!(numbers(&table, "fuel_used_l"), [1.5, 2.5, 1.5]);
+    assert_eq!(numbers(&table, "speed_kmh"), [72.5; 3]);
+    assert_eq!(numbers(&table, "position_m"), [1.0, 2.0, 1.0]);
+    let positions = r#"[{"vehiclePositionResponse":{"vehiclePositions":[{"vin":"A",
+        "gnssPosition":{"latitude":50,"longitude":9,"positionDateTime":"2024-03-04T06:00:00Z"}}]}}]"#;
+    assert_eq!(words(&columns(positions), "time"), ["2024-03-04T06:00:00Z"]);
+}
+
+#[test]
+fn a_schedule_of_the_epa_keeps_its_lines() {
+    let text = "UDDS.TXT\tUrban Dynamometer Driving Schedule\nTest Time, secs Target Speed, mph\n0\t0\n1\t3.5\n";
+    let Ok(Content::Cells(cells, found)) = content(text.as_bytes()) else { panic!("no cells") };
+    assert_eq!(cells, "\ntime_s,speed_mph\n0,0\n1,3.5\n");
+    assert!(found[0].text.contains("Urban Dynamometer"));
+}
+
+#[test]
+fn bombs_and_broken_files_are_refused() {
+    let entities =
+        "<?xml version='1.0'?><!DOCTYPE gpx [<!ENTITY a 'aaaa'><!ENTITY b '&a;&a;'>]><gpx/>";
+    let deep = format!("<gpx>{}", "<a>".repeat(100_000));
+    for (text, words) in [
+        (entities, "document type"),
+        (deep.as_str(), "within each other"),
+        ("<gpx><trk><trkseg><trkpt lat='50' lon='9'>", "ends within"),
+        ("<gpx><trk></trkseg></gpx>", "not well formed"),
+        ("<gpx><trk><trkseg><trkpt lat='95' lon='9'/></trkseg></trk></gpx>", "latitude 95"),
+        ("<gpx></gpx>", "no track"),
+        (r#"{"type":"FeatureCollection","features":[]}"#, "no track"),
+        (r#"{"type":"FeatureCollection","features":["#, "has a fault"),
+        (r#"{"vehicleStatusResponse":{"vehicleStatuses":[]}}"#, "no message"),
+    ] {
+        let reason = content(text.as_bytes()).err().unwrap_or_default();
+        assert!(reason.contains(words), "{text:.60}: {reason}");
+    }
+    // 400 MiB of zeros are 400 kB in an archive
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    archive
+        .start_file("xl/workbook.xml", zip::write::SimpleFileOptions::default())
+        .expect("memory");
+    let zeros = vec![0; 1 << 20];
+    for _ in 0..400 {
+        archive.write_all(&zeros).expect("memory");
+    }
+    let bytes = archive.finish().expect("memory").into_inner();
+    let reason = content(&bytes).err().unwrap_or_default();
+    assert!(bytes.len() < 1 << 20 && reason.contains("expands to more than"), "{reason}");
+}
