@@ -102,6 +102,7 @@ impl RoadOfLogArguments {
             mission_stop_s: self.mission_stop,
             road_type: self.road_type.clone(),
             missing_limits: self.limit.map_or(MissingLimits::OfSpeed, MissingLimits::Everywhere),
+            ..standard
         }
     }
 }
