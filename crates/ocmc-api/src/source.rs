@@ -59,7 +59,7 @@ impl Source {
     }
 }
 
-/// What `read` makes of each of some things, in their order; as many at once as there are threads.
+/// Reads each of some things, as many at once as there are threads, and gives them in their order.
 pub(crate) fn read_at_once<T: Sync, R: Send>(
     things: &[T],
     read: impl Fn(&T) -> R + Sync,

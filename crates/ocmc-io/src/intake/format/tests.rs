@@ -1,4 +1,4 @@
-//! What each format gives, and what is refused.
+//! Tests of what each format gives, and of what is refused.
 
 use super::*;
 use crate::intake::table::given::Cells;

@@ -26,7 +26,7 @@ const MOST_PARTS: usize = 2000;
 const MOST_ROWS: u32 = 1_048_576;
 const MOST_COLUMNS: u32 = 400;
 
-/// That an archive expands to no more than fits.
+/// Checks that an archive expands to no more than fits.
 fn check_size(bytes: &[u8]) -> Result<(), String> {
     let broken = |error: zip::result::ZipError| format!("cannot be opened: {error}");
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(broken)?;

@@ -7,7 +7,7 @@ use crate::intake::Finding;
 use crate::number_text::has_decimal_comma;
 use std::cell::Cell;
 
-/// What the numbers of a table have been written with so far.
+/// Decimal marks that the numbers of a table have had so far.
 #[derive(Debug, Default)]
 pub(super) struct Decimals {
     /// Whether a comma separates no cells.
@@ -19,7 +19,7 @@ pub(super) struct Decimals {
 }
 
 impl Decimals {
-    /// Of a table in which a comma may be a decimal one.
+    /// None yet; `allowed`: whether a comma may be a decimal one.
     pub(super) fn new(allowed: bool) -> Self {
         Self { allowed, ..Self::default() }
     }

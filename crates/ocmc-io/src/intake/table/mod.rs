@@ -49,7 +49,7 @@ pub struct Table {
     names: Vec<String>,
     columns: Vec<Column>,
     rows: Rows,
-    /// What is worth knowing already.
+    /// Findings of the header.
     found: Vec<Finding>,
 }
 

@@ -45,7 +45,7 @@ impl Source<'_> {
 pub(super) struct Opened {
     pub(super) names: Vec<String>,
     pub(super) rows: Rows,
-    /// What was made up for, and what is worth knowing.
+    /// Findings so far.
     pub(super) found: Vec<Finding>,
 }
 
