@@ -239,6 +239,7 @@ class Study:
         columns: _Columns = None,
         keep: Sequence[Literal["weather", "traffic", "mission"]] | None = None,
         draw: Sequence[Literal["stops", "limits", "hills", "curves"]] | None = None,
+        stop_plan: str | PathLike[str] | None = None,
         follow_speed: Literal["driver", "exact"] | None = None,
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,

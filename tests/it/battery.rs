@@ -9,6 +9,7 @@ use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, FollowedCycle, follow_planned, follow_study};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
+use ocmc_io::given_cycle::RouteOptions;
 use ocmc_io::study::load;
 
 const CASE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/cases/battery.toml");
@@ -60,7 +61,7 @@ fn open_share(record: &Record, sum: &FollowedCycle) -> f64 {
 fn forty_tonnes_on_long_haul_between_1_1_and_1_5_kwh_per_km() {
     let Some(file) = shared("vecto/cycles/LongHaul.vdri") else { return };
     let loaded = load(CASE, &[] as &[&str]).unwrap();
-    let given = loaded.on_routes(&[file], &[], &[], &[]).unwrap();
+    let given = loaded.on_routes(&[file], &[], RouteOptions::default()).unwrap();
     let (record, sum) = follow_planned(&given.study, 1, 0);
     let kwh = record.consumption(Carrier::Electricity).unwrap();
     println!(
@@ -83,7 +84,7 @@ fn a_driver_takes_the_same_truck_over_long_haul() {
         let drag = format!("vehicle.drag_area_m2={area_m2}");
         let given = load(CASE, &[drag])
             .unwrap()
-            .on_routes(std::slice::from_ref(&file), &[], &[], &[])
+            .on_routes(std::slice::from_ref(&file), &[], RouteOptions::default())
             .unwrap();
         let driven = drive_scenario(&given.study, given.study.sample(1, 0));
         let followed = follow_planned(&given.study, 1, 0).0;

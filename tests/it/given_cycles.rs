@@ -7,6 +7,7 @@ use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::record::{COLUMNS, Cell, Outcome};
+use ocmc_io::given_cycle::RouteOptions;
 use ocmc_io::operating_cycle::RealisedCycle;
 use ocmc_io::study as studies;
 
@@ -32,7 +33,8 @@ fn a_written_cycle_drives_again_to_the_same_record() {
         std::fs::write(&as_csv, bytes).unwrap();
         let record = drive_scenario(&loaded.study, scenario);
         for file in [as_json, as_csv] {
-            let given = loaded.clone().on_routes(&[file], &Keep::ALL, &[], &[]).unwrap();
+            let given =
+                loaded.clone().on_routes(&[file], &Keep::ALL, RouteOptions::default()).unwrap();
             let again = drive_scenario(&given.study, given.study.sample(1, cycle_id));
             // radii go through 1/R and slopes through altitudes: the last bits differ, and a truck
             // that just misses a shifting line in one of them may cross it in the other
@@ -117,7 +119,7 @@ fn on_csv(text: &str, sets: &[&str], keep: &[Keep]) -> Result<ocmc_core::study::
     std::fs::write(&file, text).unwrap();
     let loaded = studies::load("field-truck", sets).unwrap();
     loaded
-        .on_routes(&[file], keep, &[], &[])
+        .on_routes(&[file], keep, RouteOptions::default())
         .map(|loaded| loaded.study)
         .map_err(|fault| fault.to_string())
 }
@@ -170,7 +172,7 @@ fn vecto_cycles_are_driven_to_their_ends() {
     {
         let Some(file) = shared(&format!("vecto/cycles/{name}.vdri")) else { return };
         let loaded = studies::load("field-truck", &quiet).unwrap();
-        let given = loaded.on_routes(&[file], &[], &[], &[]).unwrap();
+        let given = loaded.on_routes(&[file], &[], RouteOptions::default()).unwrap();
         let record = drive_scenario(&given.study, given.study.sample(1, 0));
         assert_eq!(record.outcome, Outcome::Completed, "{name}");
         assert!((record.distance_m - length_m).abs() < 1.0, "{name} {}", record.distance_m);

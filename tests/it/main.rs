@@ -73,6 +73,7 @@ mod size;
 mod small_faults;
 mod speed_ahead;
 mod step_bias;
+mod stop_plans;
 mod tables;
 mod tactical;
 mod training;

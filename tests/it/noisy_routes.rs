@@ -9,7 +9,7 @@ use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::random::{Stream, Streams};
 use ocmc_core::study::Study;
-use ocmc_io::given_cycle::account;
+use ocmc_io::given_cycle::{RouteOptions, account};
 use ocmc_io::intake::FileAccount;
 use ocmc_io::study as studies;
 use std::fmt::Write;
@@ -79,7 +79,7 @@ fn write_log(path: &Path, study: &Study, cycle_id: u64, noise_m: f64) {
 /// Fuel of 20 trips on a route, in kg/m.
 fn fuel(path: &Path) -> f64 {
     let loaded = studies::load("field-truck", &[] as &[&str]).unwrap();
-    let study = loaded.on_routes(&[path.to_owned()], &[], &[], &[]).unwrap().study;
+    let study = loaded.on_routes(&[path.to_owned()], &[], RouteOptions::default()).unwrap().study;
     let records = run(&study, 20);
     assert!(records.iter().all(|record| record.outcome.counts()), "{}", path.display());
     let total = |of: fn(&ocmc_core::record::Record) -> f64| records.iter().map(of).sum::<f64>();

@@ -84,7 +84,8 @@ const YARDSTICK: [&str; 9] = [
 fn answer(path: &Path, text: &str, follow: Option<Follow>) -> Answer {
     std::fs::write(path, text).unwrap();
     let loaded = studies::load("field-truck-loaded", &YARDSTICK).unwrap();
-    let given = GivenDrive::read(vec![path.to_owned()], Vec::new(), Vec::new(), Vec::new(), follow);
+    let given =
+        GivenDrive::read(vec![path.to_owned()], Vec::new(), Vec::new(), Vec::new(), None, follow);
     let Ok(given) = given else { return Answer::Refused };
     let Ok(loaded) = given.study(loaded) else { return Answer::Refused };
     let mut warnings: Vec<String> = given.accounts().into_iter().flat_map(|a| a.warnings).collect();

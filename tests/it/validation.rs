@@ -6,6 +6,7 @@ use crate::others_data::shared;
 use crate::program::ocmc;
 use ocmc_core::kernel::drive::trace::{Trace, motions, trace};
 use ocmc_core::study::Study;
+use ocmc_io::given_cycle::RouteOptions;
 use ocmc_io::operating_cycle::RealisedCycle;
 use ocmc_io::study::{self, LoadedStudy};
 use serde_json::Value;
@@ -60,7 +61,8 @@ fn road(folder: &Path, cycle_id: u64) -> (PathBuf, LoadedStudy) {
     let path = folder.join(format!("road-{cycle_id}.json"));
     let cycle = RealisedCycle::new(&loaded, 77, cycle_id);
     fs::write(&path, serde_json::to_string(&cycle).unwrap()).unwrap();
-    let on_road = loaded.on_routes(std::slice::from_ref(&path), &[], &[], &[]).unwrap();
+    let on_road =
+        loaded.on_routes(std::slice::from_ref(&path), &[], RouteOptions::default()).unwrap();
     (path, on_road)
 }
 

@@ -7,6 +7,7 @@ use ocmc_core::energy::ledger::Term;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, follow_study};
 use ocmc_core::record::{Outcome, Record};
+use ocmc_io::given_cycle::RouteOptions;
 use ocmc_io::study::{LoadedStudy, load};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -30,7 +31,7 @@ fn study(sets: &[&str]) -> LoadedStudy {
 }
 
 fn driven(file: &Path, sets: &[&str]) -> Record {
-    let given = study(sets).on_routes(&[file.to_owned()], &[], &[], &[]).unwrap();
+    let given = study(sets).on_routes(&[file.to_owned()], &[], RouteOptions::default()).unwrap();
     let record = drive_scenario(&given.study, given.study.sample(1, 0));
     assert_eq!(record.outcome, Outcome::Completed);
     record
@@ -200,7 +201,9 @@ fn the_truck_of_vectos_own_files() {
         for payload_kg in PAYLOADS_KG {
             let payload = format!("mission.payload_kg={payload_kg}");
             let given = load(file.to_str().unwrap(), &[&payload]).unwrap();
-            let given = given.on_routes(std::slice::from_ref(&route), &[], &[], &[]).unwrap();
+            let given = given
+                .on_routes(std::slice::from_ref(&route), &[], RouteOptions::default())
+                .unwrap();
             let record = drive_scenario(&given.study, given.study.sample(1, 0));
             assert_eq!(record.outcome, Outcome::Completed);
             write!(line, " {:.2} |", litres(&record)).unwrap();

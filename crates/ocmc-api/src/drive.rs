@@ -8,7 +8,7 @@
 //! let folder = tempfile::tempdir().expect("a directory");
 //! let file = folder.path().join("speed.csv");
 //! std::fs::write(&file, "time_s,speed_mps,grade\n0,0,0\n40,20,0\n160,20,0\n180,0,0\n").expect("space");
-//! let given = &GivenDrive::read(vec![file], Vec::new(), Vec::new(), Vec::new(), Some(Follow::Exact))?;
+//! let given = &GivenDrive::read(vec![file], Vec::new(), Vec::new(), Vec::new(), None, Some(Follow::Exact))?;
 //! let study = &study::load("field-truck-loaded", &[] as &[&str])?;
 //! let plan = RunPlan::new(1, 0, 4, None, None);
 //! let request = RunRequest { study, given, plan, precision: None, out: None };

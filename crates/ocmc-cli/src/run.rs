@@ -99,6 +99,9 @@ pub(crate) struct DriveArguments {
     /// lacks it; may be repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(DRAWS))]
     draw: Vec<Draw>,
+    /// The stop plan that is driven on the route: a table of places with dwells, loads and times
+    #[arg(long, value_name = "FILE")]
+    stop_plan: Option<PathBuf>,
     /// Follows the speed of a drive cycle, a `.csv` with time, speed and grade; or, exactly, the
     /// speed planned on a route
     #[arg(long, value_name = "HOW", value_parser = one_of(FOLLOWS))]
@@ -210,13 +213,13 @@ fn level(asked: Option<CpuLevel>) -> Result<CpuLevel, Failure> {
 
 /// Reads what is given, runs the study on it, and prints the answer.
 pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
-    let DriveArguments { files, map, keep, draw, follow_speed, run } = arguments;
+    let DriveArguments { files, map, keep, draw, stop_plan, follow_speed, run } = arguments;
     if run.files.files() == Files::Refused {
         let text = "`drive` reads files, which --no-files does not allow";
         return Err(Failure::Usage(text.to_owned()));
     }
-    let (keep, draw) = (keep.clone(), draw.clone());
-    let given = GivenDrive::read(files.clone(), mappings(map)?, keep, draw, *follow_speed)
+    let (keep, draw, plan) = (keep.clone(), draw.clone(), stop_plan.clone());
+    let given = GivenDrive::read(files.clone(), mappings(map)?, keep, draw, plan, *follow_speed)
         .map_err(Error::from)?;
     given.warnings().iter().for_each(|warning| warn(warning));
     for setting in &run.set {
@@ -320,6 +323,11 @@ fn routes_setting(routes: &[RouteModel]) -> String {
         let keep = if keep.is_empty() { String::new() } else { format!(", keep = {keep:?}") };
         let draw: Vec<&str> = route.draw.iter().map(|draw| draw.name()).collect();
         let draw = if draw.is_empty() { String::new() } else { format!(", draw = {draw:?}") };
+        let plan = route.stop_plan.as_ref().map(|plan| {
+            let plan = std::path::absolute(plan).unwrap_or_else(|_| plan.clone().into());
+            format!(", stop_plan = {:?}", plan.display().to_string())
+        });
+        let plan = plan.unwrap_or_default();
         let columns = route.columns.iter().map(|(name, column)| format!("{name} = {column:?}"));
         let columns: Vec<String> = columns.collect();
         let columns = if columns.is_empty() {
@@ -328,7 +336,7 @@ fn routes_setting(routes: &[RouteModel]) -> String {
             format!(", columns = {{{}}}", columns.join(", "))
         };
         let file = file.display().to_string();
-        format!("{{file = {file:?}, weight = {}{keep}{draw}{columns}}}", route.weight)
+        format!("{{file = {file:?}, weight = {}{keep}{draw}{plan}{columns}}}", route.weight)
     };
     let all: Vec<String> = routes.iter().map(route).collect();
     format!("mission.routes=[{}]", all.join(", "))

@@ -1,7 +1,7 @@
 //! What is given to be driven instead of a study's own roads: routes, for the study's
 //! drivers, or a speed to follow.
 
-use crate::given_cycle::{Account, account};
+use crate::given_cycle::{Account, RouteOptions, account};
 use crate::intake::FileAccount;
 use crate::intake::table::given::GivenTable;
 use crate::intake::table::{Mapping, Source, TableError};
@@ -83,6 +83,9 @@ pub enum GivenDriveError {
         .0.display()
     )]
     Draw(PathBuf),
+    /// A stop plan that is no route's.
+    #[error("a stop plan is driven on one route: give one, and follow no speed")]
+    StopPlan,
     /// A drive cycle or a route that is not one.
     #[error(transparent)]
     File(#[from] TableError),
@@ -95,6 +98,7 @@ pub struct GivenDrive {
     mappings: Vec<Mapping>,
     keep: Vec<Keep>,
     draw: Vec<Draw>,
+    stop_plan: Option<PathBuf>,
     how: How,
     /// What was read of a drive cycle.
     read: Option<FileAccount>,
@@ -120,6 +124,7 @@ impl GivenDrive {
             mappings: Vec::new(),
             keep: Vec::new(),
             draw: Vec::new(),
+            stop_plan: None,
             how: How::Driven,
             read: None,
         }
@@ -134,16 +139,20 @@ impl GivenDrive {
         mappings: Vec<Mapping>,
         keep: Vec<Keep>,
         mut draw: Vec<Draw>,
+        stop_plan: Option<PathBuf>,
         follow: Option<Follow>,
     ) -> Result<Self, GivenDriveError> {
         // the order in which parts are named makes no other run
         draw.sort_by_key(|part| Draw::ALL.iter().position(|known| known == part));
         draw.dedup();
+        if stop_plan.is_some() && (files.len() != 1 || follow.is_some()) {
+            return Err(GivenDriveError::StopPlan);
+        }
         let (how, read) = match follow {
             None => (How::Driven, None),
             Some(follow) => followed(&files, &mappings, &draw, follow)?,
         };
-        Self { files, mappings, keep, draw, how, read }.checked()
+        Self { files, mappings, keep, draw, stop_plan, how, read }.checked()
     }
 
     /// A drive cycle over time that a calling program holds as a table.
@@ -220,6 +229,12 @@ impl GivenDrive {
         Ok(Self { files: vec![file], how, ..Self::nothing() })
     }
 
+    /// How its routes are read.
+    fn options(&self) -> RouteOptions<'_> {
+        let stop_plan = self.stop_plan.as_deref();
+        RouteOptions { mappings: &self.mappings, draw: &self.draw, stop_plan }
+    }
+
     /// Whether nothing is given.
     pub fn is_nothing(&self) -> bool {
         self.files.is_empty()
@@ -237,8 +252,8 @@ impl GivenDrive {
         }
         // what cannot be read is said when the study is made
         let without = |file: &&PathBuf| {
-            given_cycle::read_to_draw(file, &self.mappings, &self.draw)
-                .is_ok_and(|(cycle, _)| cycle.departure.is_none())
+            let read = given_cycle::read_route(file, self.options());
+            read.is_ok_and(|(cycle, _)| cycle.departure.is_none() && cycle.planned.is_none())
         };
         let message = |file: &PathBuf| {
             format!(
@@ -298,7 +313,7 @@ impl GivenDrive {
     pub fn accounts(&self) -> Vec<Account> {
         let files = if self.has_routes() { self.files.as_slice() } else { &[] };
         let read = |file: &PathBuf| {
-            let (cycle, read) = given_cycle::read_to_draw(file, &self.mappings, &self.draw).ok()?;
+            let (cycle, read) = given_cycle::read_route(file, self.options()).ok()?;
             Some(account(file, &cycle, read))
         };
         files.iter().filter_map(read).collect()
@@ -326,6 +341,8 @@ impl GivenDrive {
             same &= route.sha256.as_ref() == Some(&given_cycle::file_hash(file)?);
             same &= route.keep == self.keep && route.draw == self.draw;
             same &= route.columns == Mapping::columns(&self.mappings);
+            let plan = self.stop_plan.as_deref().map(given_cycle::file_hash).transpose()?;
+            same &= route.stop_plan_sha256 == plan;
         }
         Ok(same)
     }
@@ -341,7 +358,7 @@ impl GivenDrive {
     /// As [`LoadedStudy::on_routes`].
     pub fn study(&self, loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
         if self.has_routes() {
-            return loaded.on_routes(&self.files, &self.keep, &self.draw, &self.mappings);
+            return loaded.on_routes(&self.files, &self.keep, self.options());
         }
         self.study_again(loaded)
     }
@@ -422,7 +439,7 @@ fn followed(
         if follow == Follow::Driver {
             return Err(GivenDriveError::Route);
         }
-        given_cycle::read_to_draw(file, mappings, draw)?;
+        given_cycle::read_route(file, RouteOptions { mappings, draw, stop_plan: None })?;
         return Ok((How::Planned, None));
     }
     let (how, read) = cycle(Source::File(file), mappings, follow)?;

@@ -18,6 +18,7 @@ pub(crate) fn given(
     columns: Option<BTreeMap<String, String>>,
     keep: Option<Vec<String>>,
     draw: Option<Vec<String>>,
+    stop_plan: Option<PathBuf>,
     follow_speed: Option<&str>,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<(GivenDrive, Vec<Account>)> {
@@ -49,7 +50,7 @@ pub(crate) fn given(
     let paths: Vec<PathBuf> = paths.collect::<PyResult<_>>()?;
     let read = py.detach(|| -> Result<_, Error> {
         paths.iter().try_for_each(|path| check_readable(path))?;
-        let given = GivenDrive::read(paths, mappings, keep, draw, follow)?;
+        let given = GivenDrive::read(paths, mappings, keep, draw, stop_plan, follow)?;
         let accounts = given.accounts();
         Ok((given, accounts))
     });

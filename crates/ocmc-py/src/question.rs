@@ -256,6 +256,9 @@ impl PyStudy {
     /// draw : sequence of {"stops", "limits", "hills", "curves"}, optional
     ///     Parts that are drawn from the study's laws of each road type, anew in each cycle, where
     ///     the file of a route lacks them. What the file has stays.
+    /// stop_plan : str or os.PathLike, optional
+    ///     A table with the stop plan that is driven on the route: places by kilometre or coordinates,
+    ///     dwells, loads and the departure.
     /// follow_speed : {"driver", "exact"}, optional
     ///     A driver of the study drives the speeds as limits along the road and stops where it
     ///     stands. Or there is no driver, and the speed is kept exactly. Of a route, ``"exact"``
@@ -300,9 +303,9 @@ impl PyStudy {
     /// (np.float64(3000.0), np.float64(180.0))
     #[pyo3(
         signature = (
-            files, *, cycles, columns=None, keep=None, draw=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
+            files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
         ),
-        text_signature = "($self, files, *, cycles, columns=None, keep=None, draw=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
+        text_signature = "($self, files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
                           progress=None)"
     )]
     fn drive(
@@ -313,6 +316,7 @@ impl PyStudy {
         columns: Option<BTreeMap<String, String>>,
         keep: Option<Vec<String>>,
         draw: Option<Vec<String>>,
+        stop_plan: Option<PathBuf>,
         follow_speed: Option<&str>,
         seed: Option<&Bound<PyAny>>,
         first_cycle: Option<&Bound<PyAny>>,
@@ -320,7 +324,8 @@ impl PyStudy {
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let (given, routes) = given(py, files, columns, keep, draw, follow_speed, progress)?;
+        let (given, routes) =
+            given(py, files, columns, keep, draw, stop_plan, follow_speed, progress)?;
         Ok(PyRun { routes, ..run(py, &self.loaded, &given, plan, None, None, progress)? })
     }
 

@@ -61,12 +61,24 @@ pub struct GivenCycle {
     pub parts: Vec<MissionPart>,
     /// Departure, in s of the day and in days of the year; none where the file has none.
     pub departure: Option<(f64, f64)>,
+    /// What a stop plan says of the mission; none where there is no plan.
+    pub planned: Option<PlannedMission>,
     /// The log from which the road was made; none where it was not.
     pub source_log: Option<String>,
     /// Where the limits of such a road come from.
     pub limit_source: Option<String>,
     /// How much the points scattered from which it was made.
     pub noise: PointNoise,
+}
+
+/// What a stop plan says of a mission beside its stops. It holds without being kept, and so does the
+/// plan's payload.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlannedMission {
+    /// Departure, in s of the day; none: drawn from the study.
+    pub departure_s: Option<f64>,
+    /// Day of the year, from 0; none: drawn from the study.
+    pub day_of_year: Option<f64>,
 }
 
 /// How much the points of a route scatter, in m; 0 where it is not made of points.
@@ -160,6 +172,7 @@ impl GivenCycle {
             payload_kg: payload.map(|points| points[0].1),
             parts,
             departure: None,
+            planned: None,
             source_log: word(SOURCE_LOG)?,
             limit_source: word(LIMIT_SOURCE)?,
             noise: PointNoise::default(),

@@ -48,6 +48,12 @@ pub struct RouteModel {
     /// SHA-256 of the file; a run fills it in, and a file with another one is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
+    /// A stop plan that is driven on it, as a file: places, dwells, loads and departure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_plan: Option<String>,
+    /// SHA-256 of the stop plan, likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_plan_sha256: Option<String>,
 }
 
 /// What a route takes from its file instead of having it drawn.
@@ -125,7 +131,7 @@ impl Route {
         for (what, track, given) in [
             (Keep::Weather, "air_temperature_k", cycle.weather.is_some()),
             (Keep::Traffic, "traffic_density_per_m", cycle.traffic.is_some()),
-            (Keep::Mission, "payload_kg", cycle.payload_kg.is_some()),
+            (Keep::Mission, "payload_kg", cycle.payload_kg.is_some() || cycle.planned.is_some()),
         ] {
             if keep.contains(&what) && !given {
                 let purpose = "it is to be kept instead of being drawn";
@@ -174,7 +180,7 @@ impl Route {
 
     /// Whether payload and departure are those of the file.
     pub(super) fn keeps_mission(&self) -> bool {
-        self.keep.contains(&Keep::Mission)
+        self.keep.contains(&Keep::Mission) || self.cycle.planned.is_some()
     }
 
     /// Puts what the file says of the mission in place of what was drawn.
@@ -184,6 +190,10 @@ impl Route {
             mission.payload_kg = self.cycle.payload_kg.unwrap_or(mission.payload_kg);
             if let Some((second, day)) = self.cycle.departure {
                 (mission.departure_s, mission.day_of_year) = (second, day);
+            }
+            if let Some(planned) = self.cycle.planned {
+                mission.departure_s = planned.departure_s.unwrap_or(mission.departure_s);
+                mission.day_of_year = planned.day_of_year.unwrap_or(mission.day_of_year);
             }
         }
         let own = |e: &PointEvent| matches!(e.kind, EventKind::MissionStop { .. });

@@ -2,21 +2,24 @@
 //!
 //! - `.vdri`: a VECTO cycle (distance, target speed, gradient, stop), `vdri`
 //! - `.json` and tables with a column `track`: what `ocmc cycle` writes, `track_file`
+//! - a stop plan, `stop_plan`: places with dwells and loads, alone or on a route
 //! - any other table, or a track (GPX, KML, GeoJSON): a route by rows, with position or latitude and
 //!   longitude, `route`
 
 mod account;
 mod objects;
 mod route;
+mod stop_place;
+mod stop_plan;
 mod track_file;
 mod vdri;
 
 use crate::input_file;
 use crate::intake::table::error::Fault;
-use crate::intake::table::formats::{DRIVE_CYCLE, TRACKS};
+use crate::intake::table::formats::{DRIVE_CYCLE, ROUTE, STOP_PLAN, TRACKS};
 use crate::intake::table::source::{ending, is_of_format, is_table, is_track, read_text};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
-use crate::intake::{FileAccount, drawn, high_altitude, slope, unlike_a_road};
+use crate::intake::{FileAccount, Finding, drawn, high_altitude, slope, unlike_a_road};
 use crate::sha256;
 use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
@@ -25,6 +28,7 @@ use std::path::Path;
 
 pub use account::{Account, account};
 pub(crate) use route::checked_noise;
+use stop_plan::StopPlan;
 
 /// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write
 /// them.
@@ -45,6 +49,17 @@ pub(crate) fn built_in(path: &Path) -> Option<&'static str> {
     BUILT_IN.iter().find(|(name, _)| path.to_str() == Some(name)).map(|(_, text)| *text)
 }
 
+/// How a route is to be read, beyond what its file says.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RouteOptions<'a> {
+    /// Which column of a table is what.
+    pub mappings: &'a [Mapping],
+    /// Parts that are drawn where the file lacks them.
+    pub draw: &'a [Draw],
+    /// A file with the stop plan that is driven on the route.
+    pub stop_plan: Option<&'a Path>,
+}
+
 /// Reads a given operating cycle; the ending of the name, and for tables the header, say in which
 /// format.
 ///
@@ -62,20 +77,19 @@ pub fn read_with_account(
     path: &Path,
     mappings: &[Mapping],
 ) -> Result<(GivenCycle, FileAccount), TableError> {
-    read_to_draw(path, mappings, &[])
+    read_route(path, RouteOptions { mappings, ..RouteOptions::default() })
 }
 
-/// As [`read_with_account`], of a file whose lacking parts are drawn as far as `draw` says.
+/// As [`read_with_account`], with more that is said of how it is to be read.
 ///
 /// # Errors
-/// As [`read`].
-pub fn read_to_draw(
+/// As [`read`], also of the stop plan.
+pub fn read_route(
     path: &Path,
-    mappings: &[Mapping],
-    draw: &[Draw],
+    options: RouteOptions,
 ) -> Result<(GivenCycle, FileAccount), TableError> {
-    let (cycle, mut account) = read_unjudged(path, mappings, draw)?;
-    account.findings.extend(drawn::told(&cycle, draw));
+    let (cycle, mut account) = read_unjudged(path, options)?;
+    account.findings.extend(drawn::told(&cycle, options.draw));
     // what altitudes say is looked at where they are read
     let has_slope = account.columns.iter().any(|column| column.quantity.starts_with("grad"));
     let points = cycle.altitude.windows(2).filter(|_| has_slope);
@@ -90,23 +104,52 @@ pub fn read_to_draw(
     Ok((cycle, account))
 }
 
+/// A route with the mission of its stop plan, where there is one.
 fn read_unjudged(
+    path: &Path,
+    options: RouteOptions,
+) -> Result<(GivenCycle, FileAccount), TableError> {
+    let RouteOptions { mappings, draw, stop_plan } = options;
+    let Some(plan) = stop_plan else {
+        let (cycle, account, _) = read_file(path, mappings, draw)?;
+        return Ok((cycle, account));
+    };
+    let (of_plan, of_route): (Vec<Mapping>, Vec<Mapping>) = mappings
+        .iter()
+        .cloned()
+        .partition(|mapping| mapping.is_of(&STOP_PLAN) && !mapping.is_of(&ROUTE));
+    let (mut cycle, mut account, points) = read_file(path, &of_route, draw)?;
+    check_readable(plan)?;
+    let read = StopPlan::read(Source::File(plan), &of_plan)?;
+    let of_plan = read.put_on(&mut cycle, points.as_ref())?;
+    account.findings.extend(of_plan.findings.into_iter().map(|finding| {
+        let text = format!("`{}`: {}", plan.display(), finding.text);
+        Finding { text, ..finding }
+    }));
+    Ok((cycle, account))
+}
+
+fn read_file(
     path: &Path,
     mappings: &[Mapping],
     draw: &[Draw],
-) -> Result<(GivenCycle, FileAccount), TableError> {
+) -> Result<(GivenCycle, FileAccount, Option<route::Points>), TableError> {
+    let alone = |(cycle, account)| (cycle, account, None);
     match ending(path).as_str() {
-        "vdri" => vdri::read(Source::File(path), mappings),
+        "vdri" => vdri::read(Source::File(path), mappings).map(alone),
         "json" if !is_of_format(path) => {
             let cycle = track_file::read_json(path, &read_text(path)?, draw)?;
             let file = path.display().to_string();
-            Ok((cycle, FileAccount { file, ..FileAccount::default() }))
+            Ok((cycle, FileAccount { file, ..FileAccount::default() }, None))
         }
         _ if is_track(path) => route::read(Source::File(path), mappings, draw),
+        _ if is_table(path) && stop_plan::is_one(path, mappings) => {
+            stop_plan::read_alone(Source::File(path), mappings, draw).map(alone)
+        }
         _ if is_table(path) => {
             let tracks = Table::open(Source::File(path), &TRACKS, &[])?;
             if tracks.column(Quantity::Track).is_some() {
-                track_file::read_table(tracks, draw)
+                track_file::read_table(tracks, draw).map(alone)
             } else {
                 route::read(Source::File(path), mappings, draw)
             }

@@ -63,7 +63,7 @@ mod tests {
     use std::path::Path;
 
     fn parse(text: &str, draw: &[Draw]) -> Result<GivenCycle, TableError> {
-        read(Source::Text(Path::new("r.csv"), text), &[], draw).map(|(cycle, _)| cycle)
+        read(Source::Text(Path::new("r.csv"), text), &[], draw).map(|(cycle, ..)| cycle)
     }
 
     #[test]

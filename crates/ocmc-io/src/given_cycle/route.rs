@@ -172,12 +172,19 @@ fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
     values.retain(|_| keep.next().copied().unwrap_or(true));
 }
 
-/// Reads a route.
+/// The points of a route that has coordinates, and where they are along it.
+pub(super) struct Points {
+    pub(super) latitude_deg: Vec<f64>,
+    pub(super) longitude_deg: Vec<f64>,
+    pub(super) position_m: Vec<f64>,
+}
+
+/// Reads a route, and its points where it has coordinates.
 pub(super) fn read(
     source: Source,
     mappings: &[Mapping],
     draw: &[Draw],
-) -> Result<(GivenCycle, FileAccount), TableError> {
+) -> Result<(GivenCycle, FileAccount, Option<Points>), TableError> {
     let table = Table::open(source, &ROUTE, mappings)?;
     let file = source.path();
     let [position, latitude, longitude] =
@@ -349,7 +356,12 @@ pub(super) fn read(
     cycle.lacks_curves &= path.is_none() || is_plan;
     cycle.noise = noise;
     account.judged(file, lacks(&quantities, draw))?;
-    Ok((cycle, account))
+    let points = path.is_some().then(|| Points {
+        latitude_deg: rows.latitude,
+        longitude_deg: rows.longitude,
+        position_m: positions,
+    });
+    Ok((cycle, account, points))
 }
 
 /// Whether the way is longer than the beelines by what a road may be.
@@ -376,7 +388,7 @@ mod tests {
     use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, TableError> {
-        read(Source::Text(Path::new("r.csv"), text), &[], &[]).map(|(cycle, _)| cycle)
+        read(Source::Text(Path::new("r.csv"), text), &[], &[]).map(|(cycle, ..)| cycle)
     }
 
     #[test]
@@ -441,9 +453,9 @@ mod tests {
         let read = |text: String| {
             super::read(Source::Text(Path::new("r.csv"), &text), &[], &[]).expect("a route")
         };
-        let (plain, _) = read(header.clone() + &way(0, 101).collect::<String>());
+        let (plain, ..) = read(header.clone() + &way(0, 101).collect::<String>());
         let stands = way(0, 51).chain(wanders).chain(way(51, 101));
-        let (cycle, account) = read(header + &stands.collect::<String>());
+        let (cycle, account, _) = read(header + &stands.collect::<String>());
         assert!((cycle.length_m - plain.length_m).abs() < 1.0, "{}", cycle.length_m);
         assert!(cycle.curves.is_empty(), "{:?}", cycle.curves);
         let checks: Vec<&str> = account.findings.iter().map(|finding| finding.check).collect();

@@ -258,6 +258,9 @@ fn driven_instead(
         if !draw.is_empty() {
             let _ = write!(text, ", where it lacks them with drawn {}", draw.join(" and "));
         }
+        if let Some(plan) = &route.stop_plan {
+            let _ = write!(text, ", with the stop plan {plan}");
+        }
         if routes.len() > 1 {
             let _ = write!(text, ", {:.1} % of the cycles", 100.0 * route.weight / whole);
         }
@@ -367,6 +370,8 @@ mod tests {
             draw: Vec::new(),
             columns: std::collections::BTreeMap::new(),
             sha256: None,
+            stop_plan: None,
+            stop_plan_sha256: None,
         };
         let bare = RouteModel { draw: vec![Draw::Stops, Draw::Hills], ..route("a.csv", 1.0, &[]) };
         let message = "a.csv, where it lacks them with drawn stops and hills".to_owned();

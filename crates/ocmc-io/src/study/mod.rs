@@ -57,12 +57,11 @@ pub use judged_effect::{JudgedDoubt, NumbersShare, StoredDoubt};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
-use crate::given_cycle;
+use crate::given_cycle::{self, RouteOptions};
 use crate::intake::table::Mapping;
 use crate::intake::{Finding, study_value};
 use crate::sha256;
 use node::Node;
-use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::study::tree::Step;
@@ -123,7 +122,9 @@ impl LoadedStudy {
             let path = Path::new(&route.file);
             let of_file = || {
                 let mappings = Mapping::of_columns(&route.columns).ok()?;
-                given_cycle::read_to_draw(path, &mappings, &route.draw).ok()
+                let stop_plan = route.stop_plan.as_deref().map(Path::new);
+                let options = RouteOptions { mappings: &mappings, draw: &route.draw, stop_plan };
+                given_cycle::read_route(path, options).ok()
             };
             // a route that is built in has been read by us
             let read = if given_cycle::built_in(path).is_some() { None } else { of_file() };
@@ -154,10 +155,9 @@ impl LoadedStudy {
         finish(self.own.clone(), self.files.clone(), sets, self.origin.clone())
     }
 
-    /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read`]
-    /// reads them with these columns assigned. A file that the study lists under `mission.routes`
-    /// keeps its weight, others weigh 1; `keep` is what they all keep, and `draw` what is drawn where
-    /// they lack it.
+    /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read_route`]
+    /// reads them. A file that the study lists under `mission.routes` keeps its weight, others weigh
+    /// 1; `keep` is what they all keep.
     ///
     /// # Errors
     /// [`StudyFileError`] says what is wrong with which file.
@@ -165,10 +165,9 @@ impl LoadedStudy {
         mut self,
         files: &[PathBuf],
         keep: &[Keep],
-        draw: &[Draw],
-        mappings: &[Mapping],
+        options: RouteOptions,
     ) -> Result<Self, StudyFileError> {
-        let columns = Mapping::columns(mappings);
+        let columns = Mapping::columns(options.mappings);
         let listed = std::mem::take(&mut self.model.mission.routes);
         let weight = |file: &Path| {
             let same = |route: &&RouteModel| Path::new(&route.file).file_name() == file.file_name();
@@ -178,9 +177,11 @@ impl LoadedStudy {
             file: file.display().to_string(),
             weight: weight(file),
             keep: keep.to_vec(),
-            draw: draw.to_vec(),
+            draw: options.draw.to_vec(),
             columns: columns.clone(),
             sha256: None,
+            stop_plan: options.stop_plan.map(|plan| plan.display().to_string()),
+            stop_plan_sha256: None,
         };
         self.model.mission.routes = files.iter().map(route).collect();
         let study = routes::attach(self.study, &mut self.model, &Files::here());

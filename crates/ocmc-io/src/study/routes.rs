@@ -3,7 +3,7 @@
 
 use super::error::{self, Cause};
 use super::files::Files;
-use crate::given_cycle;
+use crate::given_cycle::{self, RouteOptions};
 use crate::intake::table::error::Fault;
 use crate::intake::table::{Mapping, TableError};
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -40,27 +40,42 @@ fn read(route: &mut RouteModel, files: &Files) -> Result<GivenCycle, Box<error::
         Some(_) => PathBuf::from(&route.file),
         None => files.path("mission.routes.file", &route.file)?,
     };
-    read_at(route, &path, built_in).map_err(|error| fault(&error))
+    let plan = route.stop_plan.as_ref();
+    let plan = plan.map(|plan| files.path("mission.routes.stop_plan", plan)).transpose()?;
+    read_at(route, &path, plan.as_deref(), built_in).map_err(|error| fault(&error))
 }
 
 fn read_at(
     route: &mut RouteModel,
     path: &Path,
+    plan: Option<&Path>,
     built_in: Option<&str>,
 ) -> Result<GivenCycle, TableError> {
     let cycle = if let Some(text) = built_in {
         given_cycle::read_tracks(path, text)?
     } else {
         let mappings = Mapping::of_columns(&route.columns)?;
-        given_cycle::read_to_draw(path, &mappings, &route.draw)?.0
+        let options = RouteOptions { mappings: &mappings, draw: &route.draw, stop_plan: plan };
+        given_cycle::read_route(path, options)?.0
     };
-    let found = given_cycle::file_hash(path)?;
-    if let Some(wanted) = route.sha256.take_if(|wanted| *wanted != found) {
-        return Err(TableError::of(path, Fault::Changed { found, wanted }));
-    }
+    route.sha256 = Some(checked_hash(path, route.sha256.take())?);
     route.file = path.display().to_string();
-    route.sha256 = Some(found);
+    if let Some(plan) = plan {
+        route.stop_plan_sha256 = Some(checked_hash(plan, route.stop_plan_sha256.take())?);
+        route.stop_plan = Some(plan.display().to_string());
+    }
     Ok(cycle)
+}
+
+/// The hash of a file, which has to be the one that is wanted.
+fn checked_hash(path: &Path, wanted: Option<String>) -> Result<String, TableError> {
+    let found = given_cycle::file_hash(path)?;
+    match wanted {
+        Some(wanted) if wanted != found => {
+            Err(TableError::of(path, Fault::Changed { found, wanted }))
+        }
+        _ => Ok(found),
+    }
 }
 
 /// What is wrong with the file of a route.

@@ -10,6 +10,7 @@ use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::powertrain::ShiftConvention;
 use ocmc_core::prescribed::DriveCycle;
 use ocmc_core::record::Outcome;
+use ocmc_io::given_cycle::RouteOptions;
 use serde::Serialize;
 use std::path::Path;
 
@@ -60,7 +61,7 @@ pub(super) fn by_our_driver(
         return Ok(None);
     }
     let loaded = compared.in_vectos_air(request)?;
-    let given = loaded.on_routes(&[file.to_owned()], &[], &[], &[])?;
+    let given = loaded.on_routes(&[file.to_owned()], &[], RouteOptions::default())?;
     let record = drive_scenario(&given.study, given.study.sample(1, 0));
     Ok((record.outcome == Outcome::Completed).then(|| Terms::record(&record)))
 }

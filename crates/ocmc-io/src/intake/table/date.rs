@@ -42,7 +42,7 @@ pub(crate) fn parse(text: &str) -> Option<(f64, Option<f64>)> {
 }
 
 /// Time since midnight, in s, of a time of the day without a date; none of anything else.
-pub(super) fn second_of_day(text: &str) -> Option<f64> {
+pub(crate) fn second_of_day(text: &str) -> Option<f64> {
     let (time_s, offset_s) =
         text.contains(':').then(|| stamp("1901-01-01", text.trim(), None))??;
     offset_s.is_none().then_some(time_s % DAY_S)

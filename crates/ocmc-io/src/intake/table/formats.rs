@@ -5,7 +5,7 @@ use super::schema::{Field, Schema, Style};
 use super::unit::KMH;
 
 /// The formats.
-pub const SCHEMAS: [&Schema; 13] = [
+pub const SCHEMAS: [&Schema; 14] = [
     &LOG,
     &CURVES,
     &SPEED_CHANGES,
@@ -13,6 +13,7 @@ pub const SCHEMAS: [&Schema; 13] = [
     &TRAFFIC,
     &FLEET,
     &ROUTE,
+    &STOP_PLAN,
     &VECTO_CYCLE,
     &TRACKS,
     &DRIVE_CYCLE,
@@ -182,6 +183,40 @@ pub const ROUTE: Schema = Schema {
         Field::of(Q::Stop).within(0.0, 172_800.0, "0 to 172800"),
         Field::of(Q::RoadType),
         Field::of(Q::MapObject),
+    ],
+};
+
+/// A stop plan. The places need positions, legs, or latitudes and longitudes.
+pub const STOP_PLAN: Schema = Schema {
+    what: "a stop plan",
+    style: Style::Description,
+    fields: &[
+        Field::named(Q::Order, &[("", &["order", "no", "nr", "stop"])]),
+        Field::named(Q::Place, &[("", &["place", "name"])]),
+        Field::named(
+            Q::Position,
+            &[("km", &["position_km", "km", "kilometre", "kilometer", "kilometres", "kilometers"])],
+        ),
+        Field::of(Q::Leg).within(0.0, 5.0e6, "0 to 5000 km"),
+        Field::named(Q::Latitude, &[("", &["lat", "latitude"])]).within(-90.0, 90.0, "-90 to 90"),
+        Field::named(Q::Longitude, &[("", &["lon", "longitude"])]).within(
+            -180.0,
+            360.0,
+            "-180 to 360",
+        ),
+        Field::of(Q::Altitude),
+        Field::of(Q::Dwell).within(0.0, 172_800.0, "0 to 48 h"),
+        Field::of(Q::Loaded).within(0.0, 1.0e5, "0 to 100 t"),
+        Field::of(Q::Unloaded).within(0.0, 1.0e5, "0 to 100 t"),
+        Field::of(Q::Payload).within(0.0, 1.0e5, "0 to 100 t"),
+        Field::of(Q::Arrival),
+        Field::named(
+            Q::Date,
+            &[(
+                "",
+                &["departure", "departure_time", "start", "etd", "abfahrt", "depart", "salida"],
+            )],
+        ),
     ],
 };
 

@@ -78,6 +78,13 @@ pub enum Quantity {
     GrossWeight,
     Ignition,
     Pause,
+    Order,
+    Place,
+    Leg,
+    Dwell,
+    Loaded,
+    Unloaded,
+    Arrival,
 }
 
 /// An entry of the vocabulary.
@@ -117,7 +124,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 68] = [
+pub const VOCABULARY: [Entry; 75] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -223,6 +230,14 @@ pub const VOCABULARY: [Entry; 68] = [
         "`on` or `off`, 1 or 0: switching off ends a trip; an empty cell: as before"),
     entry(Q::Pause, &["pause"], unit::TIME, "pause",
         "no column, but a time: `--map pause_min=20` ends a trip at each standstill of 20 minutes"),
+    entry(Q::Order, &["order"], unit::NUMBER, "order", "of a place in a stop plan"),
+    entry(Q::Place, &["place"], unit::TEXT, "name of a place", "in a stop plan"),
+    entry(Q::Leg, &["leg"], unit::LENGTH, "way from the place before", "in a stop plan"),
+    entry(Q::Dwell, &["dwell"], unit::TIME, "dwell", "of a truck at a place of a stop plan"),
+    entry(Q::Loaded, &["loaded", "load"], unit::MASS, "cargo that is loaded", "at a place"),
+    entry(Q::Unloaded, &["unloaded", "unload"], unit::MASS, "cargo that is unloaded", "at a place"),
+    entry(Q::Arrival, &["arrival"], unit::TEXT, "arrival",
+        "time of the day at a place, such as `06:30`, or a date with a time"),
 ];
 
 impl Quantity {
