@@ -316,17 +316,14 @@ pub fn fit_operating_cycle(
             }
             ReadRoad::Log(file) => {
                 file.read.warnings().iter().for_each(|warning| warn(warning));
-                progress.ended(found.add(&file, options, *steering, || watch(progress)))?;
+                progress.ended(found.add(*file, options, *steering, || watch(progress)))?;
             }
         }
     }
     if let Some((place, fault)) = found.failed() {
         return Err(Error::Drive { place: place.clone(), fault: fault.clone() });
     }
-    found.notes.iter().for_each(|note| warn(note));
-    for (place, fault) in &found.left_out {
-        warn(&format!("{place} is left out: {fault}"));
-    }
+    found.told().iter().for_each(|told| warn(told));
     let coverage = found.coverage(*radius_range_m);
     let fit = fit_with_coverage(&found.roads, &coverage, base)
         .map_err(|error| no_fit(source(roads), error))?;

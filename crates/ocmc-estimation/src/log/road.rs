@@ -156,6 +156,8 @@ pub struct LoggedRoad {
     pub altitudes: Vec<MeasuredAltitude>,
     /// The drive; empty where the road is not that of a log.
     pub way: DrivenWay,
+    /// Mean way from row to row of the log, in m.
+    pub row_way_m: f64,
     /// Its place on the drive; none where it is the whole drive.
     pub part: Option<DrivePart>,
 }

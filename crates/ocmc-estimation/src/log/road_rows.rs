@@ -176,7 +176,8 @@ impl RoadRows {
         };
         let open = stops.into_iter().zip(explained).filter(|(_, explained)| !explained);
         let standstills = open.map(|(stop, _)| stop).collect();
-        Some(LoggedRoad { cycle, standstills, unobserved, altitudes, way, part: None })
+        let row_way_m = way.length_m() / (way.row.len() as f64).max(1.0);
+        Some(LoggedRoad { cycle, standstills, unobserved, altitudes, way, row_way_m, part: None })
     }
 
     /// Values from the places on at which they change, the first one from the start on, and how

@@ -440,8 +440,10 @@ impl Trips {
         let mut drives = self.found;
         for (drive, values) in drives.iter_mut().zip(self.values) {
             let arrays = values.into_iter().zip(whole);
-            let arrays =
-                arrays.map(|(values, whole)| whole.clone().unwrap_or_else(|| values.into()));
+            let arrays = arrays.map(|(mut values, whole)| {
+                values.shrink_to_fit();
+                whole.clone().unwrap_or_else(|| values.into())
+            });
             drive.columns = columns.iter().map(|column| column.quantity).zip(arrays).collect();
         }
         drives

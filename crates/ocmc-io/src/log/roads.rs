@@ -7,7 +7,7 @@ use crate::intake::FileAccount;
 use crate::intake::table::formats::LOG;
 use crate::intake::table::source::is_track;
 use crate::intake::table::{Mapping, Quantity, Source, Table};
-use crate::number_text::rounded;
+use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::KINDS;
@@ -15,7 +15,9 @@ use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::road::{
     LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads,
 };
+use ocmc_estimation::log::way::DrivenWay;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -27,6 +29,14 @@ const LEAST_JUMPS_M: f64 = 10.0;
 /// 30 s scatter by 0.4 m from row to row at 1 Hz, and a track of `field-truck` has 1.1 curves a km of
 /// them instead of 0.7 (`scripts/tracks_check.py`). A rounded seventh digit of a degree scatters by 3 mm, a sixth by 3 cm.
 const MOST_TURNING_NOISE_M: f64 = 0.1;
+
+/// Most measured altitudes that are kept for a fit: of more, those of every second road, or fourth,
+/// and so on, and of the others the first and the last. So many tell the SD of slopes to half a per
+/// cent.
+const MOST_ALTITUDES: usize = 500_000;
+
+/// Most notes that say the same of other drives.
+const MOST_ALIKE: usize = 3;
 
 /// What roads need of a log.
 pub const NEEDS: [Need; 2] = [&[Quantity::Time], &[Quantity::Speed]];
@@ -50,7 +60,7 @@ pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
     }
 }
 
-/// The roads of many drives.
+/// The roads of many drives, with what a fit needs of them.
 #[derive(Clone, Debug, Default)]
 pub struct FoundRoads {
     /// The roads.
@@ -59,6 +69,9 @@ pub struct FoundRoads {
     coverage: Option<Coverage>,
     /// Whether an object of the map stands beside any of them.
     has_objects: bool,
+    /// Measured altitudes that are kept, and of which roads: each so many-th has all of its own.
+    altitudes: usize,
+    altitudes_of_each: usize,
     /// What has to be known, each with its place.
     pub notes: Vec<String>,
     /// Where the drives stand that could not be used, and why.
@@ -73,12 +86,11 @@ impl FoundRoads {
     /// of its window. Nor do positions with rows that were put in between.
     pub fn add<B>(
         &mut self,
-        file: &LogFile,
+        mut file: LogFile,
         options: &RoadOptions,
         steering: Option<Steering>,
         mut look: impl FnMut() -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        self.inputs.push(file.read.clone());
         let weighs = |quantity| file.columns.iter().any(|(column, _)| column.quantity == quantity);
         if let Some(curb_kg) = options.curb_mass_kg
             && weighs(Quantity::GrossWeight)
@@ -90,14 +102,15 @@ impl FoundRoads {
                 rounded(curb_kg)
             ));
         }
-        for drive in &file.drives {
+        let places: Vec<String> = file.drives.iter().map(|drive| file.place(drive)).collect();
+        // a drive is not kept beside its roads
+        for (drive, place) in std::mem::take(&mut file.drives).into_iter().zip(places) {
             look()?;
-            let place = file.place(drive);
-            let scatter_m = noise_of_turning(drive);
-            let steered = steering.is_none() && tells_steering_only(drive);
-            let apart_s = drive.measured_each_s.filter(|_| !tells_turns(drive));
+            let scatter_m = noise_of_turning(&drive);
+            let steered = steering.is_none() && tells_steering_only(&drive);
+            let apart_s = drive.measured_each_s.filter(|_| !tells_turns(&drive));
             let turns = scatter_m < MOST_TURNING_NOISE_M && !steered && apart_s.is_none();
-            match found(drive, options, steering, turns) {
+            match found(&drive, options, steering, turns) {
                 Ok(found) => {
                     self.has_objects |= found.coverage.events;
                     // beside a road without objects the map was looked at, too, where it has them elsewhere
@@ -119,12 +132,58 @@ impl FoundRoads {
                              would tell them)"
                         ));
                     }
-                    self.roads.extend(found.roads);
+                    found.roads.into_iter().for_each(|road| self.keep(road));
                 }
                 Err(fault) => self.left_out.push((place, fault)),
             }
         }
+        self.inputs.push(file.read);
         ControlFlow::Continue(())
+    }
+
+    /// Keeps a road, without its rows and with at most so many altitudes as all are to have.
+    fn keep(&mut self, road: LoggedRoad) {
+        self.altitudes += road.altitudes.len();
+        self.roads.push(LoggedRoad { way: DrivenWay::default(), ..road });
+        let each = self.altitudes_of_each.max(1);
+        if (self.roads.len() - 1) % each != 0 {
+            self.thin(self.roads.len() - 1);
+        }
+        if self.altitudes > MOST_ALTITUDES {
+            self.altitudes_of_each = 2 * each;
+            let others = (0..self.roads.len()).filter(|k| k % (2 * each) != 0);
+            others.for_each(|k| self.thin(k));
+        }
+    }
+
+    /// Keeps the first and the last altitude of a road.
+    fn thin(&mut self, road: usize) {
+        let altitudes = &mut self.roads[road].altitudes;
+        if let [first, .., last] = altitudes[..] {
+            self.altitudes -= altitudes.len() - 2;
+            *altitudes = vec![first, last];
+        }
+    }
+
+    /// What has to be known and what was left out: of what is said alike of many drives, what is said
+    /// of the first ones.
+    pub fn told(&self) -> Vec<String> {
+        let left_out =
+            self.left_out.iter().map(|(place, fault)| format!("{place} is left out: {fault}"));
+        let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
+        let mut told = Vec::new();
+        for note in self.notes.iter().cloned().chain(left_out) {
+            let count = kinds.entry(kind_of(&note)).or_insert(0);
+            *count += 1;
+            if *count <= MOST_ALIKE {
+                told.push(note);
+            }
+        }
+        let more: usize = kinds.values().map(|count| count.saturating_sub(MOST_ALIKE)).sum();
+        if more > 0 {
+            told.push(format!("{} as these, of other drives", count_of(more as u64, "note")));
+        }
+        told
     }
 
     /// Adds the road of an operating cycle, of which everything is known.
@@ -156,6 +215,12 @@ impl FoundRoads {
     pub fn failed(&self) -> Option<&(String, TripError)> {
         self.left_out.first().filter(|_| self.roads.is_empty())
     }
+}
+
+/// What a note says, whatever its names and numbers are.
+fn kind_of(note: &str) -> String {
+    let said = note.split('`').step_by(2).collect::<String>();
+    said.chars().filter(|letter| !letter.is_ascii_digit()).collect()
 }
 
 /// What is said of a drive of which only the steering wheel tells how it turned.

@@ -7,14 +7,14 @@
 //! θ = −ln a/L_s. A slope that is constant on steps whose places nobody knows has the same
 //! covariance to (1 − a)²/8 of σ² \[D\]. Over x, with ρ = e^{−θx},
 //!
-//! - s' = ρ s + ε, z' = z + m x + σ (1 − ρ)/θ s + η + ζ,
+//! - s' = ρ s + ε, z' = z + m x + σ (1 − ρ)/θ s + η,
 //! - Var ε = 1 − ρ², Cov(ε, η) = σ (1 − ρ)²/θ, Var η = 2σ²/θ² \[θx − 2(1 − ρ) + (1 − ρ²)/2\],
-//! - Var ζ = κ² t: the altitude of a receiver wanders with the time t, at rest, too,
-//! - measured is z + e, Var e = τ²/n of the mean of n rows.
+//! - measured is z + d + e: the error d of a receiver fades with the time t, at rest, too,
+//!   d' = φ d + ζ with φ = e^{−t/T} and Var ζ = (1 − φ²) δ²; Var e = τ²/n of the mean of n rows.
 //!
-//! These are integrals of ds = −θ s dx + √(2θ) dW \[D\]. Kalman's filter over (z, s, m) gives the
+//! These are integrals of ds = −θ s dx + √(2θ) dW \[D\]. Kalman's filter over (z, s, m, d) gives the
 //! likelihood of all roads, with a prior of m that is flat beside any road: so the mean slope that
-//! a bridge to the net climb shifts takes no share of σ. A standstill has x = 0: it tells κ and τ and
+//! a bridge to the net climb shifts takes no share of σ. A standstill has x = 0: it tells δ, T and τ and
 //! no slope. What lies between two measurements is unknown, however long it is.
 //!
 //! Below some 100 m, seams between types and the places of the steps would be taken for hills. So
@@ -48,10 +48,16 @@ const ADDED_M: f64 = 0.3;
 const ADDED_SEED: u64 = 0x616c_7469_7475_6465;
 /// SD of the mean slope of a road before it is seen: flat beside any road.
 const MEAN_SLOPE_SD: f64 = 1.0;
-/// Smallest scatter, and wander over a second, that the search tells from none, in m.
-const LEAST_M: [f64; 2] = [0.02, 0.002];
-/// Smallest scatter, and the wander over a second, where the search begins, in m.
-const FIRST_M: [f64; 2] = [0.1, 0.03];
+/// Smallest scatter and drift that the search tells from none, in m.
+const LEAST_M: f64 = 0.02;
+/// Smallest scatter where the search begins, in m; the drift begins there at a metre.
+const FIRST_M: f64 = 0.1;
+/// How long a drift lasts: where the search begins, and bounds of it, in s.
+const MEMORY_S: f64 = 60.0;
+const MEMORIES_S: [f64; 2] = [2.0, 3600.0];
+/// Products of variances within these need no logarithm yet.
+const SMALLEST: f64 = 1e-200;
+const LARGEST: f64 = 1e200;
 /// Way over the decay below which the variance of a climb is expanded.
 const SHORT_WAY: f64 = 1e-3;
 /// Smallest gain that a step of the search has to promise, in ln likelihood.
@@ -100,8 +106,26 @@ struct SlopeProcess {
     decay_per_m: f64,
 }
 
-/// What is searched for: SD and hill length of each type, scatter and wander of the altitudes, as
-/// the search sees them.
+/// The error of a receiver.
+#[derive(Clone, Copy)]
+struct ErrorProcess {
+    /// Variance of what differs from row to row, in m².
+    scatter_m2: f64,
+    /// Variance of what fades with time, in m².
+    drift_m2: f64,
+    /// How long that lasts, in s.
+    memory_s: f64,
+}
+
+impl ErrorProcess {
+    /// SD of the change over a minute that is no scatter, in m.
+    fn wander_m(self) -> f64 {
+        libm::sqrt(2.0 * self.drift_m2 * (1.0 - libm::exp(-60.0 / self.memory_s)))
+    }
+}
+
+/// What is searched for: SD and hill length of each type, and the error of the altitudes, as the
+/// search sees them.
 struct Variables {
     step_m: f64,
     types: usize,
@@ -129,12 +153,14 @@ impl Variables {
         SlopeProcess { sd: libm::exp(at[2 * road_type]), decay_per_m }
     }
 
-    /// Variances of the scatter, and of the wander over a second, in m².
-    fn noise(&self, at: &[f64]) -> [f64; 2] {
-        [0, 1].map(|k| {
-            let noise_m = libm::exp(at[2 * self.types + k]).max(LEAST_M[k]);
-            noise_m * noise_m
-        })
+    /// The error of the altitudes.
+    fn error(&self, at: &[f64]) -> ErrorProcess {
+        let [scatter_m2, drift_m2] = [0, 1].map(|k| {
+            let error_m = libm::exp(at[2 * self.types + k]).max(LEAST_M);
+            error_m * error_m
+        });
+        let memory_s = libm::exp(at[2 * self.types + 2]).clamp(MEMORIES_S[0], MEMORIES_S[1]);
+        ErrorProcess { scatter_m2, drift_m2, memory_s }
     }
 }
 
@@ -168,7 +194,7 @@ pub(super) fn hills(
         let values: Vec<f64> = road.altitudes.iter().map(|at| at.altitude_m).collect();
         noise_of_values(&values)
     });
-    let noise_m = noise_m.fold(FIRST_M[0], f64::max);
+    let noise_m = noise_m.fold(FIRST_M, f64::max);
     let found = search(&all, &models, noise_m, base.slope_step_m);
     for (hills, found) in of_type.values_mut().zip(found) {
         *hills = Hills { way_m: hills.way_m, measured: hills.measured, ..found };
@@ -218,7 +244,7 @@ fn search(
     let variables = Variables { step_m, types };
     let mut at: Vec<f64> = models.iter().flat_map(|model| variables.of(model)).collect();
     let first = at.clone();
-    at.extend([libm::log(noise_m), libm::log(FIRST_M[1])]);
+    at.extend([libm::log(noise_m), 0.0, libm::log(MEMORY_S)]);
     let mut held = vec![false; at.len()];
     loop {
         let free: Vec<usize> = (0..at.len()).filter(|k| !held[*k]).collect();
@@ -230,8 +256,8 @@ fn search(
         let of_roads = |part: &[f64], step: usize| {
             let at = whole(part);
             let processes: Vec<_> = (0..types).map(|k| variables.process(&at, k)).collect();
-            let noise = variables.noise(&at);
-            let of = |road: &Vec<Passage>| minus_log_likelihood(road, &processes, noise);
+            let error = variables.error(&at);
+            let of = |road: &Vec<Passage>| minus_log_likelihood(road, &processes, error);
             // in the order of the roads, whoever computes them
             roads.par_iter().step_by(step).map(of).collect::<Vec<f64>>().iter().sum::<f64>()
         };
@@ -263,7 +289,7 @@ fn search(
             }
         }
         if untold.is_empty() {
-            let [noise, wander] = variables.noise(&found);
+            let of_altitudes = variables.error(&found);
             let of_type = |k: usize| {
                 let (sd, hill) = (libm::exp(found[2 * k]), variables.hill_length_m(&found, k));
                 let of_hill = error(2 * k + 1) * (hill - variables.least_m());
@@ -271,8 +297,8 @@ fn search(
                 Hills {
                     slope_sd: (!held[2 * k]).then_some((sd, of_sd)),
                     hill_length_m: (!held[2 * k + 1]).then_some([hill, of_hill]),
-                    noise_m: libm::sqrt(noise),
-                    wander_m: libm::sqrt(60.0 * wander),
+                    noise_m: libm::sqrt(of_altitudes.scatter_m2),
+                    wander_m: of_altitudes.wander_m(),
                     ..Hills::default()
                 }
             };
@@ -307,18 +333,17 @@ fn errors(bend: DMatrix<f64>) -> Vec<f64> {
 }
 
 /// Minus the logarithm of the likelihood of one road; less a constant.
-fn minus_log_likelihood(
-    road: &[Passage],
-    processes: &[SlopeProcess],
-    [noise_m2, wander_m2ps]: [f64; 2],
-) -> f64 {
-    let scatter = |rows: f64| noise_m2 / rows + ADDED_M * ADDED_M;
+fn minus_log_likelihood(road: &[Passage], processes: &[SlopeProcess], error: ErrorProcess) -> f64 {
+    let scatter = |rows: f64| error.scatter_m2 / rows + ADDED_M * ADDED_M;
     let Some(Passage { measured: Some((first_m, rows)), .. }) = road.first() else { return 0.0 };
     // the state and its covariance
-    let (mut z, mut s, mut m) = (*first_m, 0.0, 0.0);
-    let (mut zz, mut zs, mut zm) = (scatter(*rows), 0.0, 0.0);
+    let (mut z, mut s, mut m, mut e) = (*first_m, 0.0, 0.0, 0.0);
+    let (mut zz, mut ze, mut ee) =
+        (error.drift_m2 + scatter(*rows), -error.drift_m2, error.drift_m2);
+    let (mut zs, mut zm, mut se, mut me) = (0.0, 0.0, 0.0, 0.0);
     let (mut ss, mut sm, mut mm) = (1.0, 0.0, MEAN_SLOPE_SD * MEAN_SLOPE_SD);
-    let mut sum = 0.0;
+    let (mut sum, mut product) = (0.0, 1.0);
+    let (mut time_s, mut fades) = (0.0, 1.0);
     for passage in &road[1..] {
         let SlopeProcess { sd, decay_per_m } = processes[passage.road_type];
         let (x, way_m) = (decay_per_m * passage.way_m, passage.way_m);
@@ -341,27 +366,52 @@ fn minus_log_likelihood(
                 + climb;
             zs = rest * (zs + of_state * ss + way_m * sm) + both;
             zm += of_state * sm + way_m * mm;
+            ze += of_state * se + way_m * me;
             ss = rest * rest * ss + lost;
             sm *= rest;
+            se *= rest;
         }
-        zz += wander_m2ps * passage.time_s;
+        if passage.time_s > 0.0 {
+            // rows are mostly equally far apart
+            if passage.time_s != time_s {
+                time_s = passage.time_s;
+                fades = libm::exp(-time_s / error.memory_s);
+            }
+            e *= fades;
+            ze *= fades;
+            se *= fades;
+            me *= fades;
+            ee = fades * fades * ee + (1.0 - fades * fades) * error.drift_m2;
+        }
         if let Some((measured_m, rows)) = passage.measured {
-            let variance = zz + scatter(rows);
-            let off = measured_m - z;
-            sum += 0.5 * (libm::log(variance) + off * off / variance);
-            let (of_z, of_s, of_m) = (zz / variance, zs / variance, zm / variance);
-            z += of_z * off;
-            s += of_s * off;
-            m += of_m * off;
-            ss -= of_s * zs;
-            sm -= of_s * zm;
-            mm -= of_m * zm;
-            zs -= of_z * zs;
-            zm -= of_z * zm;
-            zz -= of_z * zz;
+            let [of_z, of_s, of_m, of_e] = [zz + ze, zs + se, zm + me, ze + ee];
+            let variance = of_z + of_e + scatter(rows);
+            let off = measured_m - z - e;
+            sum += off * off / variance;
+            product *= variance;
+            if !(SMALLEST..=LARGEST).contains(&product) {
+                sum += libm::log(product);
+                product = 1.0;
+            }
+            let per = 1.0 / variance;
+            let [gain_z, gain_s, gain_m, gain_e] = [of_z * per, of_s * per, of_m * per, of_e * per];
+            z += gain_z * off;
+            s += gain_s * off;
+            m += gain_m * off;
+            e += gain_e * off;
+            zz -= gain_z * of_z;
+            zs -= gain_z * of_s;
+            zm -= gain_z * of_m;
+            ze -= gain_z * of_e;
+            ss -= gain_s * of_s;
+            sm -= gain_s * of_m;
+            se -= gain_s * of_e;
+            mm -= gain_m * of_m;
+            me -= gain_m * of_e;
+            ee -= gain_e * of_e;
         }
     }
-    sum
+    0.5 * (sum + libm::log(product))
 }
 
 /// Lays what altitudes determine over the model of a type.

@@ -47,11 +47,11 @@ pub(super) struct Mission {
 pub(super) fn missions(roads: &[LoggedRoad]) -> Vec<Mission> {
     let mut missions: Vec<Mission> = Vec::new();
     for road in roads {
-        let LoggedRoad { cycle, part, way, .. } = road;
+        let LoggedRoad { cycle, part, row_way_m, .. } = road;
         if road.begins_drive() {
             missions.push(Mission {
                 length_m: part.map_or(cycle.length_m, |part| part.drive_m),
-                row_m: way.length_m() / (way.row.len() as f64).max(1.0),
+                row_m: *row_way_m,
                 payload_kg: cycle.payload_kg,
                 departure: cycle.departure,
                 stops: Vec::new(),

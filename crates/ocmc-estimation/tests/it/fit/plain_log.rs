@@ -41,12 +41,15 @@ struct Logged {
 }
 
 /// A drive on a road of the study: speeds from 8 to 24 m/s, and a stop of up to 40 s about each 2
-/// km. Altitudes scatter by `noise_m`, and wander by `wander_m` each second.
-fn logged(study: &Study, seed: u64, id: u64, [noise_m, wander_m]: [f64; 2]) -> Logged {
+/// km. Altitudes scatter by `noise_m`, wander by `wander_m` each second, and have an error of
+/// `drift_m` that fades over 30 s.
+fn logged(study: &Study, seed: u64, id: u64, [noise_m, wander_m, drift_m]: [f64; 3]) -> Logged {
     let road = study.sample(seed, id).cycle.road;
     let mut draws = Draws::new(seed ^ 0xabcd, id, Stream::Vehicle);
     let mut log = Logged::default();
     let (mut at_m, mut speed_mps, mut wanders_m) = (0.0, 0.0, 0.0);
+    let fades = f64::exp(-1.0 / 30.0);
+    let mut drifts_m = if drift_m > 0.0 { drift_m * draws.normal() } else { 0.0 };
     let (mut wish_mps, mut wait_s) = (14.0, 0);
     let mut stop_m = 2000.0 * draws.exponential();
     while at_m < road.length_m {
@@ -54,9 +57,13 @@ fn logged(study: &Study, seed: u64, id: u64, [noise_m, wander_m]: [f64; 2]) -> L
         log.time_s.push(log.time_s.len() as f64);
         log.position_m.push(at_m);
         log.speed_mps.push(speed_mps);
-        log.altitude_m.push(road.climb_m([0.0, at_m]) + wanders_m + noise_m * draws.normal());
+        let error_m = wanders_m + drifts_m + noise_m * draws.normal();
+        log.altitude_m.push(road.climb_m([0.0, at_m]) + error_m);
         log.road_type.push(study.road_types()[section.road_type].clone());
         wanders_m += wander_m * draws.normal();
+        if drift_m > 0.0 {
+            drifts_m = fades * drifts_m + (1.0 - fades * fades).sqrt() * drift_m * draws.normal();
+        }
         if wait_s > 0 {
             wait_s -= 1;
             continue;
@@ -117,9 +124,9 @@ fn parameter<'a>(fit: &'a RoadFit, name: &str, key: &str) -> Option<&'a StudyPar
 fn hills_do_not_follow_the_average_nor_the_noise() {
     for (laws, seed) in FLEETS.iter().zip([11, 12]) {
         let study = fleet(laws, 40.0e3);
-        for noise_m in [0.0, 4.0] {
+        for (noise_m, drift_m) in [(0.0, 0.0), (4.0, 0.0), (0.0, 2.0)] {
             let logs: Vec<Logged> =
-                (0..12).map(|id| logged(&study, seed, id, [noise_m, 0.0])).collect();
+                (0..12).map(|id| logged(&study, seed, id, [noise_m, 0.0, drift_m])).collect();
             let fit = fitted(&study, &logs, 200.0);
             for (name, (sd, hill_m)) in TYPES.into_iter().zip(*laws) {
                 for (key, truth) in
@@ -127,8 +134,11 @@ fn hills_do_not_follow_the_average_nor_the_noise() {
                 {
                     let found = parameter(&fit, name, key).unwrap();
                     let (value, error) = (found.value, found.standard_error.unwrap());
-                    assert!((value - truth).abs() <= 4.0 * error, "{noise_m} m {name}: {found:?}");
-                    assert!(error < 0.25 * truth, "{noise_m} m {name}: {found:?}");
+                    assert!(
+                        (value - truth).abs() <= 4.0 * error,
+                        "{noise_m} m, {drift_m} m {name}: {found:?}"
+                    );
+                    assert!(error < 0.25 * truth, "{noise_m} m, {drift_m} m {name}: {found:?}");
                 }
             }
             if noise_m == 4.0 {
@@ -148,7 +158,7 @@ fn what_is_stated_of_hills_is_how_they_scatter() {
         let study = fleet(laws, 40.0e3);
         let mut found = vec![Vec::new(); 6];
         for set in 0..8 {
-            let log = |id: u64| logged(&study, seed, 10 * set + id, [3.0, 0.05]);
+            let log = |id: u64| logged(&study, seed, 10 * set + id, [3.0, 0.05, 0.0]);
             let logs: Vec<Logged> = (0..6).map(log).collect();
             let fit = fitted(&study, &logs, 200.0);
             for (k, name) in TYPES.into_iter().enumerate() {
@@ -185,7 +195,7 @@ fn what_is_stated_of_hills_is_how_they_scatter() {
 #[test]
 fn a_gap_splits_no_mission() {
     let study = fleet(&FLEETS[0], 30.0e3);
-    let logs: Vec<Logged> = (0..4).map(|id| logged(&study, 5, id, [1.0, 0.0])).collect();
+    let logs: Vec<Logged> = (0..4).map(|id| logged(&study, 5, id, [1.0, 0.0, 0.0])).collect();
     let lengths = |gap: [usize; 2]| {
         let mut all = Vec::new();
         let mut coverage = Coverage::ALL;
@@ -214,7 +224,7 @@ fn a_gap_splits_no_mission() {
 #[test]
 fn without_positions_a_gap_was_driven_at_the_mean_speed() {
     let study = fleet(&FLEETS[1], 30.0e3);
-    let log = logged(&study, 6, 0, [1.0, 0.0]);
+    let log = logged(&study, 6, 0, [1.0, 0.0, 0.0]);
     let rows: Vec<usize> = (0..log.time_s.len()).filter(|k| !(700..760).contains(k)).collect();
     let of = |column: &[f64]| rows.iter().map(|k| column[*k]).collect::<Vec<f64>>().into();
     let drive = TripLog {
