@@ -130,7 +130,7 @@ pub const VOCABULARY: [Entry; 68] = [
     entry(Q::Truck, &["truck"], unit::TEXT, "truck", "which vehicle"),
     entry(Q::Drive, &["drive"], unit::TEXT, "drive", "which journey"),
     entry(Q::Event, &["event"], unit::TEXT, "event", "which event of a journey, such as a slope"),
-    entry(Q::Site, &["site"], unit::TEXT, "site", "where traffic was measured"),
+    entry(Q::Site, &["site"], unit::TEXT, "site", "where traffic or weather was measured"),
     entry(Q::Category, &["category"], unit::TEXT, "category",
         "of a speed change, such as `70-to-40`"),
     entry(Q::Speed, &["speed"], unit::SPEED, "speed", "").usual(-10.0, 70.0),
