@@ -99,7 +99,7 @@ fn messages_of_rfms_stand_by_vehicle_and_time() {
                 "triggerType":{{"triggerType":"{trigger}"}},"engineTotalFuelUsed":{second}500,
                 "grossCombinationVehicleWeight":30000,"hrTotalVehicleDistance":{second},
                 "driver1Id":{{"tachoDriverIdentification":{{"driverIdentification":"d"}}}},
-                "snapshotData":{{"wheelBasedSpeed":72.5,
+                "snapshotData":{{"wheelBasedSpeed":72.5,"ambientAirTemperature":-3.5,
                 "gnssPosition":{{"latitude":50,"longitude":9,"heading":90}}}}}}"#
         )
     };
@@ -111,6 +111,7 @@ fn messages_of_rfms_stand_by_vehicle_and_time() {
     assert_eq!(words(&table, "driver"), ["d"; 3]);
     assert_eq!(numbers(&table, "fuel_used_l"), [1.5, 2.5, 1.5]);
     assert_eq!(numbers(&table, "speed_kmh"), [72.5; 3]);
+    assert_eq!(numbers(&table, "ambient_temperature_c"), [-3.5; 3]);
     assert_eq!(numbers(&table, "position_m"), [1.0, 2.0, 1.0]);
     let positions = r#"[{"vehiclePositionResponse":{"vehiclePositions":[{"vin":"A",
         "gnssPosition":{"latitude":50,"longitude":9,"positionDateTime":"2024-03-04T06:00:00Z"}}]}}]"#;

@@ -60,6 +60,7 @@ pub const LOG: Schema = Schema {
         Field::of(Q::MapObject),
         Field::of(Q::Ignition),
         Field::of(Q::Pause),
+        Field::of(Q::AmbientTemperature),
     ],
 };
 

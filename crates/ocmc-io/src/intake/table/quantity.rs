@@ -78,6 +78,7 @@ pub enum Quantity {
     GrossWeight,
     Ignition,
     Pause,
+    AmbientTemperature,
 }
 
 /// An entry of the vocabulary.
@@ -117,7 +118,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 68] = [
+pub const VOCABULARY: [Entry; 69] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -223,6 +224,8 @@ pub const VOCABULARY: [Entry; 68] = [
         "`on` or `off`, 1 or 0: switching off ends a trip; an empty cell: as before"),
     entry(Q::Pause, &["pause"], unit::TIME, "pause",
         "no column, but a time: `--map pause_min=20` ends a trip at each standstill of 20 minutes"),
+    entry(Q::AmbientTemperature, &["ambient_temperature", "outside_temperature"],
+        unit::TEMPERATURE, "ambient temperature", "of the air around a vehicle").usual(213.0, 333.0),
 ];
 
 impl Quantity {
