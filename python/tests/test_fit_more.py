@@ -207,6 +207,9 @@ def test_weather_is_fitted_as_by_the_command(tmp_path):
     assert json.loads(done.stdout) == ocmc.fit_weather(path)
     assert numbers(ocmc.fit_weather(path)) == numbers(fit)
     assert command("fit", "weather", path).stdout == str(fit)
+    table = hours()
+    wind = {name: table.pop(name) for name in ["wind_speed_mps"]} | {"time_s": table["time_s"]}
+    assert numbers(ocmc.fit_weather([table, wind])) == numbers(fit)
     study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
     assert len(study.set("mission.length_m", 2000).run(cycles=2)) == 2
     with pytest.raises(ValueError, match="name it `time`, `date`, `time_s`"):

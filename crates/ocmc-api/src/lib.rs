@@ -72,10 +72,10 @@ pub use error::{Error, FitError, columns, compared_columns, factors};
 pub use fit::{
     Best, CalibrateCurveSpeedRequest, CalibrationOptions, Coding, CurveSpeedCalibration,
     CurveSpeedOptions, CurveSpeedRequest, FitAnswer, FleetAnswer, FleetOptions, FleetRequest,
-    HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS, MeasuredTable, OperatingCycleRequest,
-    PlaceClock, RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest,
-    Trips, WeatherRequest, calibrate_curve_speed, fit_curve_speed, fit_fleet, fit_operating_cycle,
-    fit_speed_change, fit_traffic, fit_weather,
+    MOST_DRAWS, MOST_NEXT_TRIPS, MeasuredTable, OperatingCycleRequest, PlaceClock, RoadOptions,
+    RoadSource, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest, Trips, WeatherRequest,
+    calibrate_curve_speed, fit_curve_speed, fit_fleet, fit_operating_cycle, fit_speed_change,
+    fit_traffic, fit_weather,
 };
 pub use identify::{
     ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, Unknown, Unknowns,

@@ -9,10 +9,10 @@ use clap::{Args, Subcommand};
 use ocmc_api::number_text::count_of;
 use ocmc_api::study::StudyModel;
 use ocmc_api::{
-    BESTS, Best, CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error,
-    FitAnswer, FleetOptions, FleetRequest, HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS,
-    OperatingCycleRequest, PlaceClock, RoadOptions, RoadSource, Source, SpeedChangeOptions,
-    SpeedChangeRequest, fit_traffic, fit_weather, go_on, mappings,
+    BESTS, Best, CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, FitAnswer,
+    FleetOptions, FleetRequest, MOST_DRAWS, MOST_NEXT_TRIPS, OperatingCycleRequest, PlaceClock,
+    RoadOptions, RoadSource, Source, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest,
+    WeatherRequest, fit_traffic, fit_weather, go_on, mappings,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -20,15 +20,6 @@ use std::slice::from_ref;
 
 /// Most files that a study names as its sources.
 const MOST_NAMED: usize = 4;
-
-/// What tables of hours hold.
-const HOURS: &str = "Table of hours: time or time_s and any of temperature_k|_c, pressure_pa|_hpa, \
-    relative_humidity|_percent, precipitation_mps|_mm_per_h, wind_speed_mps, \
-    wind_direction_rad|_deg";
-
-/// What tables of traffic hold.
-const TRAFFIC: &str = "Table of measurements: road_type, time or time_s, one of density_share, \
-    density_per_m, speed_ratio, and, where there are several of a type, site";
 
 /// What can be fitted.
 #[derive(Clone, Debug, Subcommand)]
@@ -42,11 +33,9 @@ pub(crate) enum FitCommand {
     /// roads, or of logs
     OperatingCycle(OperatingCycleArguments),
     /// Weather: the climate of hourly records
-    #[command(mut_arg("file", |file| file.value_name("HOURS.csv").help(HOURS)))]
-    Weather(HourlyFitArguments),
+    Weather(WeatherArguments),
     /// Traffic: densities by the hour and road type
-    #[command(mut_arg("file", |file| file.value_name("TRAFFIC.csv").help(TRAFFIC)))]
-    Traffic(HourlyFitArguments),
+    Traffic(TrafficArguments),
     /// Records of a fleet: how much trucks, drivers and trips differ, a league table and how sure
     /// it is, how many trips tell two apart, and the year to come
     Fleet(FleetArguments),
@@ -184,10 +173,32 @@ pub(crate) struct OperatingCycleArguments {
     fitted: FittedArguments,
 }
 
+/// Options of the fit of the weather.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct WeatherArguments {
+    /// Tables of hours: time or time_s and any of temperature_k|_c, pressure_pa|_hpa,
+    /// relative_humidity|_percent, precipitation_mps|_mm_per_h, wind_speed_mps,
+    /// wind_direction_rad|_deg; several files of one place are joined by time
+    #[arg(value_name = "HOURS.csv", required = true)]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    options: HourlyFitOptions,
+}
+
+/// Options of the fit of the traffic.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TrafficArguments {
+    /// Table of measurements: road_type, time or time_s, one of density_share, density_per_m,
+    /// speed_ratio, and, where there are several of a type, site
+    #[arg(value_name = "TRAFFIC.csv")]
+    file: PathBuf,
+    #[command(flatten)]
+    options: HourlyFitOptions,
+}
+
 /// Options of the fits of hours.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct HourlyFitArguments {
-    file: PathBuf,
+pub(crate) struct HourlyFitOptions {
     /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
     /// repeated
     #[arg(long, value_name = "NAME=COLUMN")]
@@ -262,8 +273,8 @@ pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
         FitCommand::OperatingCycle(arguments) => operating_cycle(arguments),
         FitCommand::SpeedChange(arguments) => speed_change(arguments),
         FitCommand::Fleet(arguments) => fleet(arguments),
-        FitCommand::Traffic(arguments) => hourly(arguments, "traffic", fit_traffic),
-        FitCommand::Weather(arguments) => hourly(arguments, "weather", fit_weather),
+        FitCommand::Traffic(arguments) => traffic(arguments),
+        FitCommand::Weather(arguments) => weather(arguments),
     }
 }
 
@@ -347,21 +358,27 @@ fn fleet(arguments: &FleetArguments) -> Result<(), Failure> {
     output::print(&ocmc_api::fit_fleet(&request)?, arguments.json)
 }
 
-fn hourly<Fit: Serialize>(
-    arguments: &HourlyFitArguments,
-    command: &str,
-    ask: fn(&HourlyFitRequest) -> Result<FitAnswer<Fit>, Error>,
-) -> Result<(), Failure> {
-    let HourlyFitArguments { file, map, utc_offset, zone, fitted } = arguments;
-    let base = &fitted.base()?;
-    let (table, mappings) = (Source::File(file.clone()), mappings(map)?);
-    let request = HourlyFitRequest {
-        table,
-        mappings,
-        base,
-        place: utc_offset.clone().or_else(|| zone.clone()),
-    };
-    deliver(fitted, command, from_ref(file), &ask(&request)?)
+fn traffic(arguments: &TrafficArguments) -> Result<(), Failure> {
+    let TrafficArguments { file, options } = arguments;
+    let base = &options.fitted.base()?;
+    let (table, mappings) = (Source::File(file.clone()), mappings(&options.map)?);
+    let request = TrafficRequest { table, mappings, base, place: options.place() };
+    deliver(&options.fitted, "traffic", from_ref(file), &fit_traffic(&request)?)
+}
+
+fn weather(arguments: &WeatherArguments) -> Result<(), Failure> {
+    let WeatherArguments { files, options } = arguments;
+    let base = &options.fitted.base()?;
+    let (tables, mappings) = (&sources(files)[..], mappings(&options.map)?);
+    let request = WeatherRequest { tables, mappings, base, place: options.place() };
+    deliver(&options.fitted, "weather", files, &fit_weather(&request)?)
+}
+
+impl HourlyFitOptions {
+    /// The clock of the place.
+    fn place(&self) -> Option<PlaceClock> {
+        self.utc_offset.clone().or_else(|| self.zone.clone())
+    }
 }
 
 /// Prints the answer of a fit, and writes the study with fitted values, where one was asked for.

@@ -10,10 +10,9 @@ use crate::progress::warned;
 use crate::study::{PyStudy, base_model};
 use crate::value::{one_of, place_clock, whole_number, wrong_type};
 use ocmc_api::{
-    Answer, BESTS, CODINGS, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error,
-    FleetOptions, FleetRequest, HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS,
-    OperatingCycleRequest, PlaceClock, RoadOptions, RoadSource, SpeedChangeOptions,
-    SpeedChangeRequest,
+    BESTS, CODINGS, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, FleetOptions, FleetRequest,
+    MOST_DRAWS, MOST_NEXT_TRIPS, OperatingCycleRequest, RoadOptions, RoadSource,
+    SpeedChangeOptions, SpeedChangeRequest, TrafficRequest, WeatherRequest,
 };
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -512,21 +511,24 @@ pub(crate) fn fit_traffic<'py>(
     utc_offset_h: Option<f64>,
     zone: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    hourly(py, table, columns, base, place_clock(utc_offset_h, zone)?, ocmc_api::fit_traffic)
+    let (table, mappings, base) = (input(table, "table")?, mappings(columns)?, &base_model(base));
+    let place = place_clock(utc_offset_h, zone)?;
+    let request = TrafficRequest { table, mappings, base, place };
+    answer(py, &py.detach(|| ocmc_api::fit_traffic(&request)).map_err(exception)?)
 }
 
 /// Fit the climate of hourly records.
 ///
 /// Parameters
 /// ----------
-/// table : table, str or os.PathLike
+/// table : table, str or os.PathLike, or a sequence of them
 ///     One row an hour: ``time`` (such as ``2024-03-01T14:00``, the place's standard time) or
 ///     ``time_s`` (from a midnight of 1 January), and any of ``temperature_k`` or
 ///     ``temperature_c``, ``pressure_pa`` or ``pressure_hpa``, ``relative_humidity`` (0 to 1) or
 ///     ``relative_humidity_percent``, ``precipitation_mps`` or ``precipitation_mm_per_h``,
 ///     ``wind_speed_mps``,
 ///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that speaks Arrow, a dictionary
-///     of columns, or a CSV file.
+///     of columns, or a CSV file. Several of one place are joined by time.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
@@ -586,20 +588,9 @@ pub(crate) fn fit_weather<'py>(
     utc_offset_h: Option<f64>,
     zone: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    hourly(py, table, columns, base, place_clock(utc_offset_h, zone)?, ocmc_api::fit_weather)
-}
-
-/// Asks for a fit of hours.
-fn hourly<'py, Fit: Answer + Send>(
-    py: Python<'py>,
-    table: &Bound<'py, PyAny>,
-    columns: Option<BTreeMap<String, String>>,
-    base: Option<&Bound<'py, PyStudy>>,
-    place: Option<PlaceClock>,
-    ask: fn(&HourlyFitRequest) -> Result<Fit, Error>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let mappings = mappings(columns)?;
-    let (table, base) = (input(table, "table")?, &base_model(base));
-    let request = HourlyFitRequest { table, mappings, base, place };
-    answer(py, &py.detach(|| ask(&request)).map_err(exception)?)
+    let (tables, mappings, base) =
+        (&inputs(table, "table")?, mappings(columns)?, &base_model(base));
+    let place = place_clock(utc_offset_h, zone)?;
+    let request = WeatherRequest { tables, mappings, base, place };
+    answer(py, &py.detach(|| ocmc_api::fit_weather(&request)).map_err(exception)?)
 }

@@ -108,6 +108,11 @@ fn no_fit(source: &Path, error: impl Into<FitError>) -> Error {
     Error::Fit(source.to_owned(), error.into())
 }
 
+/// What messages call several tables: by the first one.
+fn first_of(tables: &[Source]) -> &Path {
+    tables.first().map_or("".as_ref(), Source::path)
+}
+
 /// Curves, and what is asked of them.
 #[derive(Clone, Debug)]
 pub struct CurveSpeedRequest<'a> {
@@ -214,8 +219,8 @@ pub fn fit_speed_change(
         read.warnings().iter().chain(&notes).for_each(|note| warn(note));
         inputs.push(read);
     }
-    let source = tables.first().map_or("".as_ref(), Source::path);
-    let fit = speed_change::fit(&changes, options).map_err(|error| no_fit(source, error))?;
+    let fit = speed_change::fit(&changes, options);
+    let fit = fit.map_err(|error| no_fit(first_of(tables), error))?;
     let population = fit.population(&base.driver.speed_change, *untruncated);
     let errors = fit.errors_of(&population, *untruncated).into_iter();
     let errors = errors.map(|error| of_driver("speed_change", error));
@@ -353,10 +358,10 @@ fn source<'a>(roads: &'a [RoadSource]) -> &'a Path {
     }
 }
 
-/// A table of hours or of other times of the day.
+/// Measured traffic.
 #[derive(Clone, Debug)]
-pub struct HourlyFitRequest<'a> {
-    /// One row an hour, or a measurement.
+pub struct TrafficRequest<'a> {
+    /// One row a measurement.
     pub table: Source,
     /// Which column is what.
     pub mappings: Vec<Mapping>,
@@ -366,11 +371,18 @@ pub struct HourlyFitRequest<'a> {
     pub place: Option<PlaceClock>,
 }
 
-/// Measured traffic.
-pub type TrafficRequest<'a> = HourlyFitRequest<'a>;
-
-/// Recorded weather.
-pub type WeatherRequest<'a> = HourlyFitRequest<'a>;
+/// Recorded weather of one place.
+#[derive(Clone, Debug)]
+pub struct WeatherRequest<'a> {
+    /// The tables, which are joined by time.
+    pub tables: &'a [Source],
+    /// Which of their columns is what, where their names do not say it.
+    pub mappings: Vec<Mapping>,
+    /// The study that keeps what was not measured.
+    pub base: &'a StudyModel,
+    /// The clock of the place, for times in UTC and for local times with summer time.
+    pub place: Option<PlaceClock>,
+}
 
 /// Fits traffic densities.
 ///
@@ -418,7 +430,7 @@ pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Er
 /// std::fs::write(&file, "time_s,temperature_k\n0,281\n").expect("space");
 /// let base = study::load("field-truck", &[] as &[&str])?.model;
 /// let (table, mappings) = (Source::File(file), Vec::new());
-/// let request = WeatherRequest { table, mappings, base: &base, place: None };
+/// let request = WeatherRequest { tables: &[table], mappings, base: &base, place: None };
 /// // one hour is not enough
 /// assert!(matches!(fit_weather(&request), Err(Error::Fit { .. })));
 /// # Ok::<(), ocmc_api::Error>(())
@@ -427,13 +439,15 @@ pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Er
 /// # Errors
 /// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where it determines nothing.
 pub fn fit_weather(request: &WeatherRequest) -> Result<FitAnswer<WeatherFit>, Error> {
-    let WeatherRequest { table, mappings, base, place } = request;
-    let (records, read) = weather_table::read(table.lent(), mappings, place.as_ref())?;
-    let fit = weather::fit(&records, &base.weather).map_err(|error| no_fit(table.path(), error))?;
+    let WeatherRequest { tables, mappings, base, place } = request;
+    let lent: Vec<_> = tables.iter().map(Source::lent).collect();
+    let (records, read) = weather_table::read(&lent, mappings, place.as_ref())?;
+    let fit = weather::fit(&records, &base.weather);
+    let fit = fit.map_err(|error| no_fit(first_of(tables), error))?;
     let errors = estimates("weather", &fit.parameters);
     let part = FittedPart::new(base, &["weather"], &fit.model).with_errors(base, "weather", errors);
     let table = text::parameter_table("", &fit.parameters);
     let text = format!("{} hours over {:.1} years\n{table}", fit.hours, fit.years);
     let warnings = fit.warnings.clone();
-    Ok(FitAnswer::new(fit, &text, warnings, &part).with_inputs(vec![read]))
+    Ok(FitAnswer::new(fit, &text, warnings, &part).with_inputs(read))
 }

@@ -5,8 +5,8 @@
 //! controller knows at the start is not in a log: the filtered speed follows from the measured
 //! acceleration, the integral part is estimated with the gains, and so is the speed itself, of
 //! which the first second of the log says how fast it was and how sure that is. The air is still,
-//! dry and at 15 °C, the road smooth asphalt, the truck the typical one with the mean payload or of
-//! a given mass. A driver may see the speed late.
+//! dry and at 15 °C or as warm as the log says, the road smooth asphalt, the truck the typical one with
+//! the mean payload or of a given mass. A driver may see the speed late.
 
 use super::event::PedalLog;
 use super::noise::{noise_sd, pedal_noise_sd};
@@ -21,7 +21,7 @@ use ocmc_core::operating_cycle::road::Road;
 use ocmc_core::operating_cycle::road::road_type::Section;
 use ocmc_core::operating_cycle::road::speed_sign::SpeedSign;
 use ocmc_core::operating_cycle::road::surface::Ground;
-use ocmc_core::operating_cycle::weather::STANDARD_WEATHER;
+use ocmc_core::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, UNLIMITED_MPS, WeatherStretch};
 use ocmc_core::random::Streams;
 use ocmc_core::random::nesting::Trip;
@@ -167,6 +167,8 @@ impl<'a> ClosedLoop<'a> {
         // brakes late and hard for the end of the road, which the event does not reach
         driver.speed_change.deceleration_mps2 = 1.0;
         driver.speed_limit.maximum_speed_mps = f64::INFINITY;
+        let temperature_k = log.air_temperature_k.unwrap_or(STANDARD_WEATHER.temperature_k);
+        let weather = Weather { temperature_k, ..STANDARD_WEATHER };
         let legal = study.operating_cycle().road().legal_mps(0).min(UNLIMITED_MPS);
         let scenario = Scenario {
             cycle_id: 0,
@@ -174,7 +176,7 @@ impl<'a> ClosedLoop<'a> {
             cycle: OperatingCycle {
                 mission,
                 road,
-                weather: vec![WeatherStretch { start_m: 0.0, weather: STANDARD_WEATHER }],
+                weather: vec![WeatherStretch { start_m: 0.0, weather }],
                 traffic: vec![TrafficStretch { start_m: 0.0, density_per_m: 0.0 }],
                 ..OperatingCycle::default()
             },

@@ -53,6 +53,8 @@ pub struct PedalLog {
     /// Standard error of the even stretch of slope of each row; none where the slopes are taken as
     /// they are.
     pub grade_error: Option<Vec<f64>>,
+    /// Temperature of the air, in K; none: 15 °C.
+    pub air_temperature_k: Option<f64>,
 }
 
 /// Why an event cannot be identified.
@@ -181,6 +183,7 @@ impl PedalLog {
             limit_mps: self.limit_mps.as_ref().map(of),
             curvature_per_m: self.curvature_per_m.as_ref().map(of),
             grade_error: self.grade_error.as_ref().map(of),
+            air_temperature_k: self.air_temperature_k,
         }
     }
 

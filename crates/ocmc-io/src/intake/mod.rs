@@ -11,7 +11,6 @@ pub mod contradiction;
 pub mod curve;
 pub mod drawn;
 pub mod drift;
-pub mod epw;
 pub mod finding;
 pub(crate) mod format;
 pub mod fuel_map;

@@ -49,6 +49,19 @@ impl LogFile {
     }
 }
 
+/// What is done with the ambient temperature, where there is one.
+pub(super) fn ambient_temperature(drives: &[LoggedTrip]) -> Option<Finding> {
+    let means_k = drives.iter().filter_map(LoggedTrip::ambient_k);
+    let (low_k, high_k) = (means_k.clone().reduce(f64::min)?, means_k.reduce(f64::max)?);
+    let [low, high] = [low_k, high_k].map(|k| format!("{:.1}", k - 273.15));
+    let range = if low == high { low } else { format!("{low} to {high}") };
+    let text = format!(
+        "the ambient temperature, {range} °C in the mean of a drive, is that of the air in \
+         `identify`; other commands do not use it"
+    );
+    Some(Finding::noted("ambient-temperature", [low_k, high_k], text, ""))
+}
+
 /// Rows with too few or too many cells, and cells that are no numbers.
 pub(super) fn cells_left_out(file: &LogFile) -> Vec<Finding> {
     let rows = grouped(file.rows as u64);

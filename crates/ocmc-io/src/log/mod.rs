@@ -86,6 +86,13 @@ impl LoggedTrip {
         self.columns.get(&quantity).map(|column| column.values().as_ref())
     }
 
+    /// The mean ambient temperature, in K, where there is one.
+    pub fn ambient_k(&self) -> Option<f64> {
+        let known = self.column(Quantity::AmbientTemperature)?.iter().filter(|k| k.is_finite());
+        let count = known.clone().count();
+        (count > 0).then(|| known.sum::<f64>() / count as f64)
+    }
+
     /// Takes speeds of a receiver at standstill for 0, and says so.
     fn stand(&mut self) -> Vec<Finding> {
         let columns = self.column(Quantity::Time).zip(self.column(Quantity::Speed));
@@ -279,6 +286,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         trips.extend(parts);
     }
     file.drives = trips;
+    file.read.findings.extend(account::ambient_temperature(&file.drives));
     let several = file.drives.len() > 1;
     let told = |drive: &LoggedTrip, finding: Finding| {
         let place = if several { format!("drive `{}`: ", drive.drive) } else { String::new() };

@@ -97,6 +97,7 @@ pub fn events(
             let per_m = |(yaw, speed): (f64, &f64)| yaw / speed.max(SLOWEST_MPS);
             Some(known(Quantity::YawRate)?.into_iter().zip(&of(speed)).map(per_m).collect())
         }),
+        air_temperature_k: drive.ambient_k(),
         ..PedalLog::default()
     };
     if log.position_m.is_some() && !log.has_positions() {
@@ -118,4 +119,41 @@ pub fn events(
         log: until_speed_is_set(&log, &rows, study),
     });
     Ok((events.collect(), notes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::read;
+    use crate::study;
+    use crate::table::Source;
+    use ocmc_estimation::identification::closed_loop::{ClosedLoop, Controller};
+    use std::path::Path;
+
+    #[test]
+    fn the_air_of_an_event_is_as_warm_as_the_log_says() {
+        let model = study::load("field-truck", &[] as &[&str]).unwrap().model;
+        let study = Study::new(model).unwrap();
+        // what an event is driven to in 20 s without a pedal, and what is said of its air
+        let driven = |name: &str, ambient: [&str; 2]| {
+            let rows = (0..200).map(|k| {
+                let ambient = ambient[k % 2];
+                format!("{},20,0,0,0,a,{ambient}\n", 0.1 * k as f64)
+            });
+            let names = "time_s,speed_mps,accelerator,brake,grade,event";
+            let text = format!("{names},{name}\n{}", rows.collect::<String>());
+            let file = read(Source::Text(Path::new("log.csv"), &text), &[], &NEEDS).unwrap();
+            let (events, _) = events(&file.drives[0], "log.csv", &study).unwrap();
+            let controller = Controller { start_speed_mps: 20.0, ..Controller::default() };
+            let series = ClosedLoop::new(&study, &events[0].log).drive(&controller);
+            (*series.speed_mps.last().unwrap(), file.read.told().join("\n"))
+        };
+        let (standard, told) = driven("note", ["", "x"]);
+        assert!(!told.contains("ambient"), "{told}");
+        let (mild, _) = driven("outside_temperature_c", ["15", ""]);
+        assert!((mild - standard).abs() < 1e-9, "{mild} {standard}");
+        let (cold, told) = driven("Außentemperatur [°C]", ["-19", "-21"]);
+        assert!(told.contains("-20.0 °C in the mean of a drive"), "{told}");
+        assert!(cold < standard - 0.1, "{cold} {standard}");
+    }
 }

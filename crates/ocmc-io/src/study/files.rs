@@ -1,6 +1,7 @@
 //! The files of a study, and the one place that lets them be read.
 
 use super::error::{Cause, Fault};
+use super::fastsim;
 use std::path::{Path, PathBuf};
 
 /// Where the files lie that a study names, or that it may name none.
@@ -61,11 +62,11 @@ impl Files {
         }
     }
 
-    /// The vehicle of another program, and the path, where a name is of a file of one.
+    /// The vehicle of FASTSim or of another program, and the path, where a name is of a file of one.
     pub(super) fn foreign(&self, name: &str) -> Option<(Result<ForeignVehicle, String>, PathBuf)> {
         let Self::In(folder, VehicleReader(read)) = self else { return None };
         let path = folder.join(name);
-        Some((read(&path)?, path))
+        Some((fastsim::read(&path).or_else(|| read(&path))?, path))
     }
 
     /// Those beside a file; a study that is built in has its own folder nowhere else.

@@ -28,6 +28,7 @@ pub mod builtin;
 mod commented;
 mod difference;
 mod error;
+mod fastsim;
 mod fault;
 mod files;
 mod fitted;

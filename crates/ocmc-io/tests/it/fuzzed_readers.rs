@@ -353,11 +353,11 @@ const READERS: [Reader; 15] = [
             seeds.extend(named(&["b.csv"], &dated));
             let cells = ",0,?,-5,0,80,101000".to_owned() + &",0".repeat(25);
             let rows = (0..48).map(|k| format!("2001,1,{},{}{cells}\n", 1 + k / 24, 1 + k % 24));
-            let heading = "LOCATION,x\n".to_owned() + &"y\n".repeat(7);
+            let heading = "LOCATION,x\nDESIGN CONDITIONS\n".to_owned() + &"y\n".repeat(6);
             seeds.extend(named(&["c.epw"], &(heading + &rows.collect::<String>())));
             seeds
         },
-        |path| weather_table::read(Source::File(path), &[], None).is_ok(),
+        |path| weather_table::read(&[Source::File(path)], &[], None).is_ok(),
     ),
     (
         "traffic",

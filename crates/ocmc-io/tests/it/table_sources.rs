@@ -102,7 +102,7 @@ fn measurements() {
     let weather = "time,temperature_c,relative_humidity_percent,wind_speed_kmh\n\
                    2024-02-29T23:00,-3.5,80,18\n2024-03-01T00:00,,85.5,7\n";
     same("weather.csv", weather, |path| {
-        weather_table::read(Source::File(path), &[], None).unwrap().0
+        weather_table::read(&[Source::File(path)], &[], None).unwrap().0
     });
     let model = study::load("field-truck", &[] as &[&str]).unwrap().model.traffic;
     let traffic = "time_s,road_type,density_share\n0,urban,0.25\n300,urban,\n600,rural,0.125\n";
@@ -195,7 +195,7 @@ fn assigned_columns_are_read_in_every_format() {
     let text = "stamp,warm\n0,5\n3600,6\n";
     let source = Source::Text(Path::new("weather.csv"), text);
     let mappings = mapped(&["time_s=stamp", "temperature_c=warm"]);
-    let weather = weather_table::read(source, &mappings, None).unwrap().0;
+    let weather = weather_table::read(&[source], &mappings, None).unwrap().0;
     assert_eq!(weather[1].weather.temperature_k, 279.15);
     let source = Source::Text(Path::new("speed.csv"), "stamp,back\n0,0\n1,-5\n2,0\n");
     let cycle = drive_cycle::read(source, &mapped(&["t=stamp", "speed_kn=-back"])).unwrap();

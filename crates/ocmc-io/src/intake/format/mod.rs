@@ -5,11 +5,13 @@
 //! function from its bytes to a table, and a line in [`FORMATS`].
 
 mod epa;
+mod epw;
 mod geojson;
 mod gpx;
 mod kml;
 mod points;
 mod rfms;
+mod weather_archive;
 mod workbook;
 mod xml;
 
@@ -42,8 +44,15 @@ pub(crate) struct Format {
 }
 
 /// All formats.
-const FORMATS: [&Format; 6] =
-    [&gpx::GPX, &kml::KML, &rfms::RFMS, &geojson::GEOJSON, &workbook::WORKBOOK, &epa::EPA];
+const FORMATS: [&Format; 7] = [
+    &gpx::GPX,
+    &kml::KML,
+    &rfms::RFMS,
+    &geojson::GEOJSON,
+    &workbook::WORKBOOK,
+    &epa::EPA,
+    &epw::EPW,
+];
 
 /// The format of a file that begins so; none of a table of separated cells.
 pub(crate) fn recognise(start: &[u8]) -> Option<&'static Format> {

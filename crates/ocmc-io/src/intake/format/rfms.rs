@@ -77,6 +77,8 @@ struct Snapshot {
     wheel_based_speed: Option<f64>,
     tachograph_speed: Option<f64>,
     gross_combination_vehicle_weight: Option<f64>,
+    /// In °C.
+    ambient_air_temperature: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]
@@ -160,7 +162,7 @@ const WORDS: [Word; 4] = [
     ("time", Message::time),
     ("ignition", |message| message.ignition()),
 ];
-const NUMBERS: [Number; 8] = [
+const NUMBERS: [Number; 9] = [
     ("latitude_deg", |message| message.place()?.latitude),
     ("longitude_deg", |message| message.place()?.longitude),
     ("altitude_m", |message| message.place()?.altitude),
@@ -169,6 +171,7 @@ const NUMBERS: [Number; 8] = [
     ("position_m", |message| message.hr_total_vehicle_distance),
     ("fuel_used_l", |message| Some(message.engine_total_fuel_used? / ML_PER_L)),
     ("gross_weight_kg", Message::weight_kg),
+    ("ambient_temperature_c", |message| message.snapshot_data.as_ref()?.ambient_air_temperature),
 ];
 
 /// Columns: their names, and their values in a message.

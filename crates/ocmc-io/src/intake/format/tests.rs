@@ -99,7 +99,7 @@ fn messages_of_rfms_stand_by_vehicle_and_time() {
                 "triggerType":{{"triggerType":"{trigger}"}},"engineTotalFuelUsed":{second}500,
                 "grossCombinationVehicleWeight":30000,"hrTotalVehicleDistance":{second},
                 "driver1Id":{{"tachoDriverIdentification":{{"driverIdentification":"d"}}}},
-                "snapshotData":{{"wheelBasedSpeed":72.5,
+                "snapshotData":{{"wheelBasedSpeed":72.5,"ambientAirTemperature":-3.5,
                 "gnssPosition":{{"latitude":50,"longitude":9,"heading":90}}}}}}"#
         )
     };
@@ -111,6 +111,7 @@ fn messages_of_rfms_stand_by_vehicle_and_time() {
     assert_eq!(words(&table, "driver"), ["d"; 3]);
     assert_eq!(numbers(&table, "fuel_used_l"), [1.5, 2.5, 1.5]);
     assert_eq!(numbers(&table, "speed_kmh"), [72.5; 3]);
+    assert_eq!(numbers(&table, "ambient_temperature_c"), [-3.5; 3]);
     assert_eq!(numbers(&table, "position_m"), [1.0, 2.0, 1.0]);
     let positions = r#"[{"vehiclePositionResponse":{"vehiclePositions":[{"vin":"A",
         "gnssPosition":{"latitude":50,"longitude":9,"positionDateTime":"2024-03-04T06:00:00Z"}}]}}]"#;
@@ -156,4 +157,36 @@ fn bombs_and_broken_files_are_refused() {
     let bytes = archive.finish().expect("memory").into_inner();
     let reason = content(&bytes).err().unwrap_or_default();
     assert!(bytes.len() < 1 << 20 && reason.contains("expands to more than"), "{reason}");
+}
+
+/// An archive of these parts.
+fn archive(parts: &[(&str, &str)]) -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, text) in parts {
+        archive.start_file(*name, zip::write::SimpleFileOptions::default()).expect("a part");
+        archive.write_all(text.as_bytes()).expect("space");
+    }
+    archive.finish().expect("an archive").into_inner()
+}
+
+#[test]
+fn weather_is_read_out_of_the_archive_in_which_it_is_published() {
+    let series = "STATIONS_ID;MESS_DATUM;QN_3;   F;   D;eor\n433;2023010100;3;4.2;180;eor\n";
+    let about = ("Metadaten_Geographie_00433.txt", "Stations_id;Stationshoehe\n433;48\n");
+    let part = ("produkt_ff_stunde_20230101_20231231_00433.txt", series);
+    match content(&archive(&[about, part])) {
+        Ok(Content::Cells(text, found)) => {
+            assert_eq!(text, series);
+            assert!(found[0].text.contains(part.0), "{}", found[0]);
+        }
+        _ => panic!("no cells"),
+    }
+    let heading = "LOCATION,x\nDESIGN CONDITIONS,0\n".to_owned() + &"y\n".repeat(6);
+    match content(&archive(&[("a.ddy", "x"), ("a.EPW", &heading)])) {
+        Ok(Content::Cells(text, _)) => assert!(text.contains("time_h,temperature_c"), "{text}"),
+        _ => panic!("no cells"),
+    }
+    let reason = content(&archive(&[part, ("produkt_tu_stunde_1.txt", series)])).err();
+    assert!(reason.is_some_and(|reason| reason.contains("expand it, and name one")));
+    assert!(content(&archive(&[about])).is_err());
 }

@@ -1,10 +1,11 @@
-//! Workbooks of spreadsheets (XLSX): the first sheet that has a table.
+//! Workbooks of spreadsheets (XLSX): the first sheet that has a table. Other archives are looked at
+//! for [weather](super::weather_archive).
 //!
 //! A workbook is an archive, which may expand to anything: how much is looked at before anything is
 //! read. Cells stay where they are, so that messages name their rows; numbers are those that are
 //! stored, whatever the sheet shows of them, and dates become stamps.
 
-use super::{Content, Format};
+use super::{Content, Format, weather_archive};
 use crate::intake::Finding;
 use calamine::{Data, Reader, Xlsx, open_workbook_from_rs};
 use std::io::{Cursor, Read};
@@ -52,6 +53,9 @@ fn check_size(bytes: &[u8]) -> Result<(), String> {
 
 fn read(_: &Path, bytes: &[u8]) -> Result<Content, String> {
     check_size(bytes)?;
+    if let Some(weather) = weather_archive::read(bytes)? {
+        return Ok(weather);
+    }
     let broken = |error: calamine::XlsxError| format!("cannot be read: {error}");
     let mut book: Xlsx<_> = open_workbook_from_rs(Cursor::new(bytes)).map_err(broken)?;
     let names = book.sheet_names();

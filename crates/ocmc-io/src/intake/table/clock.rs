@@ -7,6 +7,7 @@
 //! `+00:00`) does not tell where the place is, so that the zone has to be given.
 
 use super::date::{self, day_of_year, may_change_clocks};
+use super::dwd;
 use super::error::TableError;
 use super::quantity::Quantity;
 use super::{Row, Table};
@@ -18,8 +19,6 @@ use super::date::UTC_OFFSETS_H;
 const DAY_S: f64 = 86_400.0;
 const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = 365.0 * DAY_S;
-/// Columns whose times are UTC, although nothing says so: those of the German weather service.
-const UTC_NAMES: [&str; 1] = ["mess_datum"];
 
 /// The clock of the place, where a caller knows it.
 #[derive(Clone, Debug)]
@@ -124,7 +123,7 @@ impl ClockColumn {
         let any = [Quantity::Date, Quantity::Day, Quantity::Time];
         let column = seconds.map_or_else(|| table.need_any("time", &any), Ok)?;
         let name = &table.names()[column.place];
-        let is_utc = UTC_NAMES.iter().any(|utc| name.eq_ignore_ascii_case(utc));
+        let is_utc = dwd::is_clock(name);
         let (place_s, zone) = match place {
             None => (None, None),
             Some(PlaceClock::Ahead(hours)) => (Some(3600.0 * hours), None),
@@ -133,6 +132,17 @@ impl ClockColumn {
         let utc = is_utc.then(|| name.clone());
         let (changes, last_utc_s) = (ClockChanges::default(), f64::NEG_INFINITY);
         Ok(Self { quantity: column.quantity, place_s, zone, last_utc_s, utc, changes })
+    }
+
+    /// Whether its times are dates.
+    pub(crate) fn is_dated(&self) -> bool {
+        self.quantity.is_text()
+    }
+
+    /// The clock of the place, as far as the rows tell it.
+    pub(crate) fn place(&self) -> Option<PlaceClock> {
+        let ahead = || self.place_s.map(|place_s| PlaceClock::Ahead(place_s / HOUR_S));
+        self.zone.clone().map(PlaceClock::Zone).or_else(ahead)
     }
 
     /// What was made up for, and what is odd.

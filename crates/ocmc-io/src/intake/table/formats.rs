@@ -61,6 +61,7 @@ pub const LOG: Schema = Schema {
         Field::of(Q::MapObject),
         Field::of(Q::Ignition),
         Field::of(Q::Pause),
+        Field::of(Q::AmbientTemperature),
     ],
 };
 
@@ -102,6 +103,7 @@ pub const WEATHER: Schema = Schema {
         SINCE_NEW_YEAR,
         Field::of(Q::Date),
         Field::of(Q::Day),
+        Field::of(Q::Site),
         Field::named(Q::Temperature, &[("k", &["temperature_k"]), ("c", &["temperature_c"])])
             .within(173.15, 343.15, "a temperature between -100 and 70 °C, or nothing"),
         Field::named(Q::Pressure, &[("pa", &["pressure_pa"]), ("hpa", &["pressure_hpa"])]).within(

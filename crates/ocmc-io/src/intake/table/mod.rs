@@ -9,6 +9,7 @@ mod bounded;
 pub mod clock;
 pub(crate) mod date;
 mod decimal;
+mod dwd;
 pub mod error;
 pub mod formats;
 pub mod given;
@@ -231,6 +232,7 @@ impl Table {
             style,
             watched,
             decimals,
+            missing: dwd::missing(names_of),
             is_export,
         };
         let rows = match rows {

@@ -85,6 +85,7 @@ pub enum Quantity {
     Loaded,
     Unloaded,
     Arrival,
+    AmbientTemperature,
 }
 
 /// An entry of the vocabulary.
@@ -124,7 +125,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 75] = [
+pub const VOCABULARY: [Entry; 76] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -137,7 +138,7 @@ pub const VOCABULARY: [Entry; 75] = [
     entry(Q::Truck, &["truck"], unit::TEXT, "truck", "which vehicle"),
     entry(Q::Drive, &["drive"], unit::TEXT, "drive", "which journey"),
     entry(Q::Event, &["event"], unit::TEXT, "event", "which event of a journey, such as a slope"),
-    entry(Q::Site, &["site"], unit::TEXT, "site", "where traffic was measured"),
+    entry(Q::Site, &["site"], unit::TEXT, "site", "where traffic or weather was measured"),
     entry(Q::Category, &["category"], unit::TEXT, "category",
         "of a speed change, such as `70-to-40`"),
     entry(Q::Speed, &["speed"], unit::SPEED, "speed", "").usual(-10.0, 70.0),
@@ -238,6 +239,8 @@ pub const VOCABULARY: [Entry; 75] = [
     entry(Q::Unloaded, &["unloaded", "unload"], unit::MASS, "cargo that is unloaded", "at a place"),
     entry(Q::Arrival, &["arrival"], unit::TEXT, "arrival",
         "time of the day at a place, such as `06:30`, or a date with a time"),
+    entry(Q::AmbientTemperature, &["ambient_temperature", "outside_temperature"],
+        unit::TEMPERATURE, "ambient temperature", "of the air around a vehicle").usual(213.0, 333.0),
 ];
 
 impl Quantity {

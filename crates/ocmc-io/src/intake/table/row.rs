@@ -31,6 +31,8 @@ pub(super) struct Header<'a> {
     /// What is remembered of the columns, in their order.
     pub(super) watched: RefCell<Vec<Watched>>,
     pub(super) decimals: Decimals,
+    /// A number that stands for a missing one.
+    pub(super) missing: Option<f64>,
     pub(super) is_export: bool,
 }
 
@@ -79,12 +81,14 @@ impl Row<'_> {
     /// The number in a cell as it is written: NaN where it is missing, none where something else is
     /// there.
     fn written(&self, column: &Column) -> Option<f64> {
-        if let RowCells::Given(columns, row) = self.cells
+        let number = if let RowCells::Given(columns, row) = self.cells
             && let Some(Cells::Numbers(numbers)) = &columns[column.place]
         {
-            return Some(numbers.value(row));
-        }
-        self.number_in(self.text_in(column))
+            Some(numbers.value(row))
+        } else {
+            self.number_in(self.text_in(column))
+        };
+        number.map(|number| if Some(number) == self.table.missing { f64::NAN } else { number })
     }
 
     /// The number that a text is: NaN where it says that it is missing, none where it is something

@@ -1,6 +1,7 @@
 //! What a format's tables hold, and which column of a table is what: by its name, or as a user says
 //! with `--map`.
 
+use super::dwd;
 use super::error::{Fault, TableError};
 use super::mapping::Mapping;
 use super::quantity::{Quantity, with_unit};
@@ -209,7 +210,7 @@ impl Schema {
             found.push(column);
         }
         let mut named: Vec<(Column, Rank)> = Vec::new();
-        for (place, name) in header.iter().enumerate() {
+        for (place, name) in dwd::names(header).enumerate() {
             if let Some((field, unit, rank)) = self.understand(path, name)? {
                 let (quantity, bounds) = (field.quantity, field.bounds);
                 named.push((Column { quantity, place, unit, sign: 1.0, bounds }, rank));

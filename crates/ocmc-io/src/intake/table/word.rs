@@ -266,6 +266,21 @@ const WORDS: &[(&str, &[&str])] = &[
     ("ignition", &["zuendung", "engine_on", "contact", "key_on"]),
     ("fuel_used", &["fuel_counter", "engine_total_fuel_used", "verbrauch_gesamt"]),
     ("gross_weight", &["gcw", "gcvw", "gross_combination_vehicle_weight", "gesamtgewicht"]),
+    (
+        "ambient_temperature",
+        &[
+            "ambient_temp",
+            "ambient_air_temperature",
+            "ambientairtemperature",
+            "outside_temp",
+            "aussentemperatur",
+            "umgebungstemperatur",
+            "temperature_exterieure",
+            "utetemperatur",
+            "yttertemperatur",
+            "temperatura_exterior",
+        ],
+    ),
     ("gear", &["gang", "vaexel", "rapport", "marcha"]),
 ];
 
@@ -347,6 +362,7 @@ mod tests {
             ("vehicle_speed_ms", "speed_mps"),
             ("elevation_feet", "elevation_ft"),
             ("roadGrade_degrees", "grade_deg"),
+            ("Außentemperatur_celsius", "ambient_temperature_c"),
         ] {
             assert_eq!(known_as(name).as_deref(), Some(known), "{name}");
         }

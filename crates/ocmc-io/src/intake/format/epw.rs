@@ -4,8 +4,22 @@
 //! of the columns, hours from 1 to 24 that end at their number, and the codes for missing values.
 //! The months of a typical year come from different years, which are not read.
 
+use super::{Content, Format, text_of};
 use jiff::civil::date;
 use std::fmt::Write;
+
+/// The format.
+pub(super) const EPW: Format = Format {
+    name: "a weather file of EnergyPlus",
+    is_track: false,
+    is_one: |start| {
+        let text = text_of(start);
+        let mut lines = text.lines();
+        let mut begins = |name| lines.next().is_some_and(|line| line.starts_with(name));
+        begins("LOCATION,") && begins("DESIGN CONDITIONS")
+    },
+    read: |_, bytes| Ok(Content::Cells(as_table(&text_of(bytes)), Vec::new())),
+};
 
 const HEADING_LINES: usize = 8;
 
@@ -22,14 +36,9 @@ const COLUMNS: [(usize, &str, f64); 6] = [
     (33, "precipitation_mm_per_h", 999.0),
 ];
 
-/// Whether a text begins as such a file.
-pub fn is_one(text: &str) -> bool {
-    text.starts_with("LOCATION,")
-}
-
 /// The file as a table of weather, a line for each of its lines; cells that are no numbers stay as
 /// they are, and are refused with their line.
-pub fn as_table(text: &str) -> String {
+pub(super) fn as_table(text: &str) -> String {
     let names = COLUMNS.map(|(_, name, _)| name).join(",");
     let mut table = format!("{}time_h,{names}\n", "#\n".repeat(HEADING_LINES - 1));
     let rows = text.lines().skip(HEADING_LINES).filter(|line| !line.trim().is_empty());
@@ -66,7 +75,7 @@ mod tests {
 
     #[test]
     fn hours_and_codes_for_missing_values() {
-        let mut text = "LOCATION,x\n".to_owned() + &"y\n".repeat(7);
+        let mut text = "LOCATION,x\nDESIGN CONDITIONS,0\n".to_owned() + &"y\n".repeat(6);
         let cells = |hour: &str, temperature: &str, wind: &str| {
             let mut cells = vec!["0"; 35];
             (cells[1], cells[2], cells[3], cells[6], cells[21]) =
@@ -74,7 +83,7 @@ mod tests {
             cells.join(",")
         };
         writeln!(text, "{}\n{}", cells("1", "-5.9", "999"), cells("24", "99.9", "1.8")).unwrap();
-        assert!(is_one(&text));
+        assert!((EPW.is_one)(text.as_bytes()) && !(EPW.is_one)(b"LOCATION,time\nx,0\n"));
         let table = as_table(&text);
         let rows: Vec<&str> = table.lines().skip(8).collect();
         assert!(rows[0].starts_with("744,-5.9,0,0,0,,0"), "{}", rows[0]);
