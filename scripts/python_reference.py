@@ -9,6 +9,7 @@ import re
 
 import ocmc
 import ocmc.dask
+import ocmc.map
 import ocmc.plot
 
 HEAD = """# Python
@@ -76,7 +77,7 @@ def page():
         parts += [
             f"### `{signature(f'{name}.{m}', member)}`\n\n{text(member)}\n" for m, member in members(thing)
         ]
-    for module in [ocmc.plot, ocmc.dask]:
+    for module in [ocmc.plot, ocmc.dask, ocmc.map]:
         parts.append(f"## `{module.__name__}`\n\n{text(module)}\n")
         for name in module.__all__:
             thing = getattr(module, name)

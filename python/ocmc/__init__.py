@@ -50,6 +50,7 @@ from ocmc._summary import Summary
 
 if TYPE_CHECKING:
     from ocmc import dask as dask
+    from ocmc import map as map  # noqa: A004 (a part of this package)
     from ocmc import plot as plot
 
 __all__ = [
@@ -79,7 +80,7 @@ __all__ = [
     "vehicles",
 ]
 
-_WITH_EXTRAS = ["dask", "plot"]
+_WITH_EXTRAS = ["dask", "map", "plot"]
 
 
 def __getattr__(name: str) -> ModuleType:

@@ -52,7 +52,7 @@ def public():
             for member, value in vars(thing).items():
                 if not member.startswith("_"):
                     yield f"ocmc.{name}.{member}", value
-    for module in [ocmc.plot, ocmc.dask]:
+    for module in [ocmc.plot, ocmc.dask, ocmc.map]:
         yield module.__name__, module
         for name in module.__all__:
             yield f"{module.__name__}.{name}", getattr(module, name)

@@ -55,6 +55,7 @@ def test_one_wheel_for_all_pythons_from_3_11(wheel):
         "ocmc/py.typed",
         "ocmc/plot/__init__.py",
         "ocmc/dask.py",
+        "ocmc/map.py",
     } <= names
     assert not [name for name in names if "tests" in name or name.endswith(".toml")]
 
