@@ -73,11 +73,11 @@ fn a_plan_of_coordinates_is_found_on_a_track() {
     let folder = tempfile::tempdir().unwrap();
     let [track, table] = ["track.gpx", "plan.csv"].map(|name| folder.path().join(name));
     // 30 km to the north, every 20 m
-    let points: String = (0..=1500)
-        .map(|k| {
-            format!("<trkpt lat=\"{:.7}\" lon=\"9.0\"/>", 52.0 + f64::from(k) * 20.0 / 111_194.93)
-        })
-        .collect();
+    let mut points = String::new();
+    for k in 0..=1500 {
+        let latitude = 52.0 + f64::from(k) * 20.0 / 111_194.93;
+        write!(points, "<trkpt lat=\"{latitude:.7}\" lon=\"9.0\"/>").unwrap();
+    }
     let gpx = format!("<gpx version=\"1.1\"><trk><trkseg>{points}</trkseg></trk></gpx>");
     std::fs::write(&track, gpx).unwrap();
     let plan = "place,lat,lon,dwell_min,unload_kg\nDepot,52.0,9.0,,\n\

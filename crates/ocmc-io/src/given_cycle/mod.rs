@@ -9,7 +9,6 @@
 mod account;
 mod objects;
 mod route;
-mod stop_place;
 mod stop_plan;
 mod track_file;
 mod vdri;

@@ -356,11 +356,9 @@ pub(super) fn read(
     cycle.lacks_curves &= path.is_none() || is_plan;
     cycle.noise = noise;
     account.judged(file, lacks(&quantities, draw))?;
-    let points = path.is_some().then(|| Points {
-        latitude_deg: rows.latitude,
-        longitude_deg: rows.longitude,
-        position_m: positions,
-    });
+    let Rows { latitude: latitude_deg, longitude: longitude_deg, .. } = rows;
+    let points = Points { latitude_deg, longitude_deg, position_m: positions };
+    let points = path.is_some().then_some(points);
     Ok((cycle, account, points))
 }
 

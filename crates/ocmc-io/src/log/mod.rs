@@ -438,6 +438,8 @@ impl Trips {
                 words: BTreeMap::new(),
                 measured_each_s: None,
             });
+            // drives mostly follow each other: the one before is complete
+            self.values.iter_mut().rev().take(1).flatten().for_each(Vec::shrink_to_fit);
             self.values.push(vec![Vec::new(); columns]);
             self.found.len() - 1
         })

@@ -146,12 +146,12 @@ impl FoundRoads {
         self.altitudes += road.altitudes.len();
         self.roads.push(LoggedRoad { way: DrivenWay::default(), ..road });
         let each = self.altitudes_of_each.max(1);
-        if (self.roads.len() - 1) % each != 0 {
+        if !(self.roads.len() - 1).is_multiple_of(each) {
             self.thin(self.roads.len() - 1);
         }
         if self.altitudes > MOST_ALTITUDES {
             self.altitudes_of_each = 2 * each;
-            let others = (0..self.roads.len()).filter(|k| k % (2 * each) != 0);
+            let others = (0..self.roads.len()).filter(|k| !k.is_multiple_of(2 * each));
             others.for_each(|k| self.thin(k));
         }
     }

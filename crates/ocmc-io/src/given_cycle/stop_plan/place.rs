@@ -1,6 +1,6 @@
 //! Places of a stop plan on a track: each at the point of the track that is near, in their order.
 
-use super::route::Points;
+use crate::given_cycle::route::Points;
 use crate::intake::Finding;
 use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::road::route_geometry::Path2d;
@@ -98,9 +98,7 @@ fn passages(spot: Spot, points: &Points, path: &Path2d) -> Vec<Passage> {
         let is_near = is_near(&passage);
         match found.last_mut() {
             Some(last) if is_near && was_near => {
-                if passage.beside_m < last.beside_m {
-                    *last = passage;
-                }
+                *last = if passage.beside_m < last.beside_m { passage } else { *last };
             }
             _ if is_near => found.push(passage),
             _ => {}
