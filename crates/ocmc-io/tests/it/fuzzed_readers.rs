@@ -3,10 +3,12 @@
 #![cfg(target_os = "linux")]
 
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use ocmc_estimation::fit::speed_change::{SpeedChangeOptions, SpeedChangeTable};
 use ocmc_fleet::run::{RunPlan, records as drive};
 use ocmc_fleet::summary::SummaryBuilder;
+use ocmc_io::given_cycle::RouteOptions;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::operating_cycle::RealisedCycle;
 use ocmc_io::records::{self, RecordFormat};
@@ -33,6 +35,18 @@ const LONGEST: Duration = Duration::from_secs(20);
 const BATCH: u64 = 1000;
 
 const NO_SETS: &[&str] = &[];
+
+const FASTSIM: &str = "---\nveh_pt_type: Conv\ndrag_coef: 0.5\nfrontal_area_m2: 10.0\n\
+                       cargo_kg: 1000.0\nveh_override_kg: \nveh_kg: 11000.0\n\
+                       drive_axle_weight_frac: 0.6\nfc_max_kw: 200.0\nfc_pwr_out_perc:\n  v: 1\n  \
+                       dim:\n    - 3\n  data:\n    - 0.0\n    - 0.5\n    - 1.0\n\
+                       fc_eff_map: [0.36, 0.4, 0.38]\nwheel_inertia_kg_m2: 5.0\nnum_wheels: 6.0\n\
+                       wheel_rr_coef: 0.007\nwheel_radius_m: 0.45\nalt_eff: 0.5\naux_kw: 2.0\n\
+                       trans_eff: 0.9\n";
+
+const STOP_PLAN: &str = "order;place;km;dwell_min;load_kg;unload_kg;departure\n\
+                         1;a;0;;900;;2024-03-04 06:30\n2;b;8,5;20;;300;\n3;c;17,25;15;50;600;\n\
+                         4;d;30;;;50;\n";
 
 /// Numbers without a pattern: splitmix64.
 struct Numbers(u64);
@@ -234,10 +248,23 @@ const READERS: [Reader; 15] = [
                          600,1000,-100\n1000,2100,-120\n1400,2100,-150\n2000,1500,-200\n";
             let loss = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]\n\
                         0,0,10\n0,1000,20\n1000,0,15\n1000,1000,30\n";
-            [named(&["a.vmap"], &map), named(&["a.vfld"], curve), named(&["a.vtlm"], loss)].concat()
+            [
+                named(&["a.vmap"], &map),
+                named(&["a.vfld"], curve),
+                named(&["a.vtlm"], loss),
+                named(&["a.yaml"], FASTSIM),
+            ]
+            .concat()
         },
         |path| {
             let key = match path.extension().unwrap().to_str().unwrap() {
+                "yaml" => {
+                    let study = format!(
+                        "study.name = \"a\"\nstudy.base = \"field-truck\"\nvehicle.base = '{}'\n",
+                        path.display()
+                    );
+                    return study::load_text("a.toml", &study, NO_SETS).is_ok();
+                }
                 "vmap" => "engine.map_file",
                 "vfld" => "engine.full_load_file",
                 _ => "gearbox.direct_loss_file",
@@ -267,11 +294,15 @@ const READERS: [Reader; 15] = [
                 named(&["a.vdri", "a.vdri.gz"], vdri),
                 named(&["a.json", "a.json.gz"], &json),
                 named(&["c.csv"], &tracks()),
+                named(&["d.csv"], STOP_PLAN),
                 vec![("a.parquet", parquet_log())],
             ]
             .concat()
         },
-        |path| given_cycle::read(path, &[]).is_ok(),
+        |path| {
+            let options = RouteOptions { draw: &Draw::ALL, ..RouteOptions::default() };
+            given_cycle::read_route(path, options).is_ok()
+        },
     ),
     (
         "drive cycles",
@@ -355,6 +386,11 @@ const READERS: [Reader; 15] = [
             let rows = (0..48).map(|k| format!("2001,1,{},{}{cells}\n", 1 + k / 24, 1 + k % 24));
             let heading = "LOCATION,x\nDESIGN CONDITIONS\n".to_owned() + &"y\n".repeat(6);
             seeds.extend(named(&["c.epw"], &(heading + &rows.collect::<String>())));
+            let rows = (0..48).map(|k| {
+                format!("44;202401{:02}{:02};10;   4.{};180;eor\n", 1 + k / 24, k % 24, k % 10)
+            });
+            let names = "STATIONS_ID;MESS_DATUM;QN_3;   F;   D;eor\n".to_owned();
+            seeds.extend(named(&["d.txt"], &(names + &rows.collect::<String>())));
             seeds
         },
         |path| weather_table::read(&[Source::File(path)], &[], None).is_ok(),
