@@ -1,6 +1,9 @@
 //! Where measurements come from.
 
 use crate::error::Error;
+use ocmc_estimation::log::road::RoadOptions;
+use ocmc_io::log::curves::Steering;
+use ocmc_io::log::roads::{FoundRoads, NEEDS};
 use ocmc_io::log::{LogFile, Need, read};
 use ocmc_io::table;
 use ocmc_vecto::comparison::ComparisonError;
@@ -46,6 +49,21 @@ impl Source {
         let file = self.quiet_log(mappings, needs)?;
         file.read.warnings().iter().for_each(|warning| warn(warning));
         Ok(file)
+    }
+
+    /// Reads it as a log, and finds the roads of its drives.
+    pub(crate) fn roads(
+        &self,
+        mappings: &[Mapping],
+        options: &RoadOptions,
+        steering: Option<Steering>,
+    ) -> Result<FoundRoads, Error> {
+        if matches!(self, Self::File(path) if vmod::is_one(path)) {
+            let mut found = FoundRoads::default();
+            found.add(self.quiet_log(mappings, &NEEDS)?, options, steering);
+            return Ok(found);
+        }
+        Ok(FoundRoads::of_log(self.lent(), mappings, options, steering)?)
     }
 
     /// Reads it as a log.

@@ -19,9 +19,8 @@ use ocmc_estimation::fit::traffic::TrafficFit;
 use ocmc_estimation::fit::weather::WeatherFit;
 use ocmc_estimation::fit::{curve_speed, speed_change, traffic, weather};
 use ocmc_io::intake::FileAccount;
-use ocmc_io::log::LogFile;
 use ocmc_io::log::curves::Steering;
-use ocmc_io::log::roads::{FoundRoads, NEEDS, is_log};
+use ocmc_io::log::roads::{FoundRoads, is_log};
 use ocmc_io::study::{Estimate, FittedPart};
 use ocmc_io::{curve_table, given_cycle, speed_change_table, traffic_table, weather_table};
 use serde::Serialize;
@@ -305,7 +304,8 @@ pub fn fit_operating_cycle(
             Ok(ReadRoad::Cycle(Box::new(cycle), Some(read)))
         }
         RoadSource::Measured(log) => {
-            log.quiet_log(mappings, &NEEDS).map(|file| ReadRoad::Log(Box::new(file)))
+            let roads = log.roads(mappings, options, *steering)?;
+            Ok::<_, Error>(ReadRoad::Log(Box::new(roads)))
         }
     };
     for (done, road) in read_at_once(roads, read).enumerate() {
@@ -319,9 +319,10 @@ pub fn fit_operating_cycle(
                     found.inputs.push(read);
                 }
             }
-            ReadRoad::Log(file) => {
-                file.read.warnings().iter().for_each(|warning| warn(warning));
-                progress.ended(found.add(*file, options, *steering, || watch(progress)))?;
+            ReadRoad::Log(roads) => {
+                let warnings = roads.inputs.iter().flat_map(FileAccount::warnings);
+                warnings.for_each(|warning| warn(&warning));
+                found.append(*roads);
             }
         }
     }
@@ -347,7 +348,7 @@ pub fn fit_operating_cycle(
 /// A road that was read.
 enum ReadRoad {
     Cycle(Box<GivenCycle>, Option<FileAccount>),
-    Log(Box<LogFile>),
+    Log(Box<FoundRoads>),
 }
 
 /// What messages call the roads: by the first one.

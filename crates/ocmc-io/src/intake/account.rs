@@ -6,6 +6,7 @@ use crate::intake::table::TableError;
 use crate::intake::table::error::Fault;
 use crate::number_text::{count_of, rounded};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Most files whose columns are told one by one.
@@ -47,29 +48,9 @@ pub struct Extent {
 impl Extent {
     /// Of drives over time, each with its times in s and its speeds in m/s, where it has some.
     pub fn of_drives<'a>(drives: impl Iterator<Item = (&'a [f64], Option<&'a [f64]>)>) -> Self {
-        let (mut steps_s, mut length_m, mut has_speed) = (Vec::new(), 0.0, false);
-        for (time_s, speed_mps) in drives {
-            let from = steps_s.len();
-            steps_s.extend(time_s.windows(2).map(|pair| pair[1] - pair[0]));
-            if let Some(speed_mps) = speed_mps {
-                has_speed = true;
-                let means = speed_mps.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-                let ways = means.zip(&steps_s[from..]).map(|(mps, step_s)| mps * step_s);
-                length_m += ways.filter(|way_m| way_m.is_finite()).sum::<f64>();
-            }
-        }
-        steps_s.retain(|step_s| *step_s > 0.0 && step_s.is_finite());
-        let duration_s = steps_s.iter().sum();
-        let Some(interval_s) = median(&mut steps_s) else { return Self::default() };
-        let gaps = steps_s.iter().filter(|step_s| **step_s > (2.5 * interval_s).max(2.05));
-        Self {
-            length_m: has_speed.then_some(length_m),
-            duration_s: Some(duration_s),
-            interval_s: Some(interval_s),
-            interval_m: None,
-            gaps: gaps.clone().count(),
-            longest_gap_s: gaps.copied().reduce(f64::max),
-        }
+        let mut steps = DriveSteps::default();
+        drives.for_each(|(time_s, speed_mps)| steps.add(time_s, speed_mps));
+        steps.extent()
     }
 
     /// Of positions along a road, in m.
@@ -103,6 +84,56 @@ impl Extent {
             parts.push(format!("{gaps}, the longest {} s", rounded(longest_s)));
         }
         if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) }
+    }
+}
+
+/// The steps of drives over time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DriveSteps {
+    /// How many there are of each, in µs: drives of any length have few.
+    counts: BTreeMap<u64, usize>,
+    duration_s: f64,
+    length_m: f64,
+    has_speed: bool,
+}
+
+impl DriveSteps {
+    /// Adds a drive: its times in s, and its speeds in m/s, where it has some.
+    pub(crate) fn add(&mut self, time_s: &[f64], speed_mps: Option<&[f64]>) {
+        let steps_s = time_s.windows(2).map(|pair| pair[1] - pair[0]);
+        if let Some(speed_mps) = speed_mps {
+            self.has_speed = true;
+            let means = speed_mps.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+            let ways = means.zip(steps_s.clone()).map(|(mps, step_s)| mps * step_s);
+            self.length_m += ways.filter(|way_m| way_m.is_finite()).sum::<f64>();
+        }
+        for step_s in steps_s.filter(|step_s| *step_s > 0.0 && step_s.is_finite()) {
+            self.duration_s += step_s;
+            *self.counts.entry((1e6 * step_s).round() as u64).or_insert(0) += 1;
+        }
+    }
+
+    /// What they add up to.
+    pub(crate) fn extent(&self) -> Extent {
+        let all: usize = self.counts.values().sum();
+        let mut below = 0;
+        let interval_us = self.counts.iter().find_map(|(step_us, count)| {
+            below += count;
+            (below > all / 2).then_some(*step_us)
+        });
+        let Some(interval_s) = interval_us.map(|us| us as f64 / 1e6) else {
+            return Extent::default();
+        };
+        let steps = self.counts.iter().map(|(us, count)| (*us as f64 / 1e6, *count));
+        let gaps = steps.filter(|(step_s, _)| *step_s > (2.5 * interval_s).max(2.05));
+        Extent {
+            length_m: self.has_speed.then_some(self.length_m),
+            duration_s: Some(self.duration_s),
+            interval_s: Some(interval_s),
+            interval_m: None,
+            gaps: gaps.clone().map(|(_, count)| count).sum(),
+            longest_gap_s: gaps.last().map(|(step_s, _)| step_s),
+        }
     }
 }
 

@@ -18,11 +18,32 @@ const SHORTEST_M: f64 = 300.0;
 /// Looks at slopes over the way: pairs of a length in m and the slope on it, of a column whose name
 /// may have a unit.
 pub fn judge(steps: impl IntoIterator<Item = (f64, f64)>, has_unit: bool) -> Option<Finding> {
-    let (mut way_m, mut climbed_m) = (0.0, 0.0);
-    for (length_m, slope) in steps {
-        way_m += length_m;
-        climbed_m += length_m * slope.abs();
+    let mut sum = SlopeSum::default();
+    steps.into_iter().for_each(|(length_m, slope)| sum.add(length_m, slope));
+    sum.judge(has_unit)
+}
+
+/// A way with its slopes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SlopeSum {
+    way_m: f64,
+    climbed_m: f64,
+}
+
+impl SlopeSum {
+    /// Adds a piece of way, in m, with its slope.
+    pub(crate) fn add(&mut self, way_m: f64, slope: f64) {
+        self.way_m += way_m;
+        self.climbed_m += way_m * slope.abs();
     }
+
+    /// As [`judge`].
+    pub(crate) fn judge(self, has_unit: bool) -> Option<Finding> {
+        of_sum(self, has_unit)
+    }
+}
+
+fn of_sum(SlopeSum { way_m, climbed_m }: SlopeSum, has_unit: bool) -> Option<Finding> {
     let mean = climbed_m / way_m;
     if !(way_m >= SHORTEST_M && mean > UNUSUAL) {
         return None;

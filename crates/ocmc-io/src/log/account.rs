@@ -39,7 +39,7 @@ impl LogFile {
     /// Where a drive stands.
     pub fn place(&self, drive: &LoggedTrip) -> String {
         let path = self.path.display();
-        if self.drives.len() == 1 {
+        if self.drives.len() == 1 && !self.is_part {
             return format!("`{path}`");
         }
         match &drive.event {
@@ -50,8 +50,8 @@ impl LogFile {
 }
 
 /// What is done with the ambient temperature, where there is one.
-pub(super) fn ambient_temperature(drives: &[LoggedTrip]) -> Option<Finding> {
-    let means_k = drives.iter().filter_map(LoggedTrip::ambient_k);
+pub(super) fn ambient_temperature(means_k: &[f64]) -> Option<Finding> {
+    let means_k = means_k.iter().copied();
     let (low_k, high_k) = (means_k.clone().reduce(f64::min)?, means_k.reduce(f64::max)?);
     let [low, high] = [low_k, high_k].map(|k| format!("{:.1}", k - 273.15));
     let range = if low == high { low } else { format!("{low} to {high}") };

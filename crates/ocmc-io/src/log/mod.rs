@@ -1,6 +1,7 @@
 //! Measured logs: columns found by name and unit, rows split into drives.
 
 mod account;
+mod completion;
 pub mod curves;
 pub mod driven;
 pub mod identification;
@@ -10,7 +11,6 @@ pub mod pedals;
 pub mod roads;
 mod trip_end;
 
-use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
 
 use crate::intake::drift::{standing_speed, standing_speeds};
@@ -20,9 +20,10 @@ use crate::intake::table::formats::LOG;
 use crate::intake::table::given::{GivenTable, RowPlace};
 use crate::intake::table::{self, Column, Mapping, Quantity, Source, Style, Table, TableError};
 use crate::intake::values::Watched;
-use crate::intake::{Extent, FileAccount, Finding, contradiction, slope};
+use crate::intake::{FileAccount, Finding};
 use crate::sha256;
 use arrow_array::Float64Array;
+use completion::Completion;
 use ocmc_core::operating_cycle::road::route_geometry::Path2d;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -40,9 +41,6 @@ const FINGERPRINT: usize = 16;
 const LOOKED_AT: usize = 100_000;
 /// Rows of these that may repeat the time of the row before them or go back, in %.
 const MOST_STILL: usize = 99;
-
-/// Longest way between two rows whose slope is judged, in m.
-const LONGEST_STEP_M: f64 = 200.0;
 
 /// What a command needs of a log: one of these quantities.
 pub type Need = &'static [Quantity];
@@ -166,7 +164,7 @@ pub struct Unreadable {
 }
 
 /// A log file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogFile {
     /// Where it was read.
     pub path: PathBuf,
@@ -182,6 +180,8 @@ pub struct LogFile {
     pub ragged_rows: usize,
     /// Cells that are no numbers.
     pub unreadable: Vec<Unreadable>,
+    /// Whether it has only some of the drives of the file.
+    pub is_part: bool,
 }
 
 /// Reads a log. A column of a given table in SI units that [`GivenTable`] does not copy is not
@@ -191,6 +191,22 @@ pub struct LogFile {
 /// [`TableError`] where the file cannot be read, columns are missing or unclear, or there are no
 /// rows.
 pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, TableError> {
+    read_in_parts(source, mappings, needs, usize::MAX, &mut |_| ())
+}
+
+/// As [`read`], of a log whose drives have labels and follow each other: drives that are complete are
+/// given away as a part of the file, without an account, as soon as there are `most_rows` rows. The
+/// rest of them is returned, with the account of all.
+///
+/// # Errors
+/// As [`read`], and [`Fault::Mixed`] where a drive goes on that was given away.
+pub fn read_in_parts(
+    source: Source,
+    mappings: &[Mapping],
+    needs: &[Need],
+    most_rows: usize,
+    use_part: &mut dyn FnMut(LogFile),
+) -> Result<LogFile, TableError> {
     let table = Table::open(source, &LOG, mappings)?;
     let by_date = table.column(Quantity::Time).is_none();
     let days = || table.column(Quantity::Date).or_else(|| table.column(Quantity::Day));
@@ -219,6 +235,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         rows: 0,
         ragged_rows: 0,
         unreadable: Vec::new(),
+        is_part: false,
     };
     let labels = LABELS.map(|label| table.column(label));
     let (texts, mut numbers): (Vec<Column>, Vec<Column>) = table
@@ -234,12 +251,26 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
         None => vec![None; numbers.len()],
     };
     let mut drives = Trips::new(source.path());
+    let is_labelled = labels[2].is_some();
+    let mut completion = Completion::new(source.path(), is_labelled, Mapping::pause_s(mappings)?);
+    let (mut is_part, may_part) = (false, is_labelled && table.given().is_none());
     let time = numbers.iter().position(|column| column.quantity == Quantity::Time);
     let mut still = 0;
     let mut account = table.for_each(|row| {
         file.rows += 1;
         file.ragged_rows += usize::from(row.is_ragged());
-        let drive = drives.place(LABELS.map(|label| row.text(label)), numbers.len());
+        let labels = LABELS.map(|label| row.text(label));
+        if may_part && drives.rows >= most_rows && drives.is_new(labels) {
+            is_part = true;
+            let complete = drives.give_away().finish(&numbers, &whole);
+            let (path, columns) = (file.path.clone(), file.columns.clone());
+            let drives = completion.complete(complete, is_part)?;
+            use_part(LogFile { path, columns, drives, is_part, ..LogFile::default() });
+        }
+        let drive = drives.place(labels, numbers.len());
+        if drives.is_mixed {
+            return Err(TableError::of(source.path(), Fault::Mixed));
+        }
         for (k, column) in numbers.iter().enumerate().filter(|(k, _)| whole[*k].is_none()) {
             let read = if date.is_some() && column.quantity == Quantity::Time {
                 clock.time_s(&dated(row))
@@ -270,47 +301,10 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     account.findings.extend(clock.finding());
     account.findings.extend(judged_whole(&numbers, &whole, &file.columns));
     file.read = account;
-    file.drives = drives.finish(&numbers, &whole);
     file.read.findings.extend(account::cells_left_out(&file));
-    let is_labelled = labels[2].is_some();
-    let pause_s = Mapping::pause_s(mappings)?;
-    let mut trips = Vec::new();
-    for mut drive in std::mem::take(&mut file.drives) {
-        drive.count_fuel();
-        if is_labelled {
-            trips.push(drive);
-            continue;
-        }
-        let (parts, finding) = trip_end::split(drive, pause_s);
-        file.read.findings.extend(finding);
-        trips.extend(parts);
-    }
-    file.drives = trips;
-    file.read.findings.extend(account::ambient_temperature(&file.drives));
-    let several = file.drives.len() > 1;
-    let told = |drive: &LoggedTrip, finding: Finding| {
-        let place = if several { format!("drive `{}`: ", drive.drive) } else { String::new() };
-        Finding { text: place + &finding.text, ..finding }
-    };
-    for drive in &mut file.drives {
-        let found = motion::complete(drive);
-        file.read.findings.extend(found.into_iter().map(|finding| told(drive, finding)));
-    }
-    let spans = file
-        .drives
-        .iter()
-        .filter_map(|drive| Some((drive.column(Quantity::Time)?, drive.column(Quantity::Speed))));
-    file.read.extent = Extent::of_drives(spans);
-    let steps: Vec<(f64, f64)> = file.drives.iter().flat_map(sloped_steps).collect();
-    file.read.judged(source.path(), slope::judge(steps, file.read.has_slope_with_unit()))?;
-    for need in needs {
-        check_numbers(&file, need)?;
-    }
-    for drive in &mut file.drives {
-        let mut found = drive.stand();
-        found.extend(contradiction::of_drive(&|quantity| drive.column(quantity)));
-        file.read.judged(&file.path, found.into_iter().map(|finding| told(drive, finding)))?;
-    }
+    file.drives = completion.complete(drives.finish(&numbers, &whole), is_part)?;
+    file.is_part = is_part;
+    completion.finish(&mut file, needs)?;
     Ok(file)
 }
 
@@ -329,16 +323,6 @@ fn judged_whole(
         watched.judge(name.map_or("", |(_, name)| name), column, Style::Log)
     });
     judged.collect()
-}
-
-/// The way of each row of a drive, in m, with its slope.
-fn sloped_steps(drive: &LoggedTrip) -> Vec<(f64, f64)> {
-    let column = |quantity| drive.column(quantity).unwrap_or_default();
-    let [time_s, speed_mps, grade] = [Quantity::Time, Quantity::Speed, Quantity::Grade].map(column);
-    let steps = time_s.windows(2).zip(speed_mps).zip(grade);
-    let way = steps.map(|((time, speed), grade)| ((time[1] - time[0]) * speed, *grade));
-    way.filter(|(way_m, grade)| *way_m > 0.0 && *way_m < LONGEST_STEP_M && grade.is_finite())
-        .collect()
 }
 
 /// Whether all rows of a given table have the same labels.
@@ -361,35 +345,16 @@ fn count(unreadable: &mut Vec<Unreadable>, column: &str, text: String, place: Ro
     }
 }
 
-/// A column that is needed has a number somewhere.
-fn check_numbers(file: &LogFile, need: Need) -> Result<(), TableError> {
-    let present = file.columns.iter().filter(|(column, _)| need.contains(&column.quantity));
-    let has_number = |(column, _): &(Column, String)| {
-        let values = file.drives.iter().filter_map(|drive| drive.column(column.quantity));
-        values.flatten().any(|value| !value.is_nan())
-    };
-    let Some((_, column)) =
-        present.clone().next_back().filter(|_| !present.clone().any(has_number))
-    else {
-        return Ok(());
-    };
-    let example = file.unreadable.iter().find(|cells| cells.column == *column);
-    let fault = Fault::NoNumbers {
-        column: column.clone(),
-        rows: file.rows,
-        example: example.map_or_else(String::new, |cells| {
-            let hint = how_numbers_are_written(&cells.column, &cells.text);
-            format!(": {} has `{}`{hint}", cells.place, cells.text)
-        }),
-    };
-    Err(TableError::of(&file.path, fault))
-}
-
 /// Drives whose rows are being read.
 struct Trips {
     /// What stands for a label that is not there.
     name: String,
-    known: BTreeMap<[String; 4], usize>,
+    /// Places of the drives; none of those that were given away.
+    known: BTreeMap<[String; 4], Option<usize>>,
+    /// Rows of the drives that were not given away.
+    rows: usize,
+    /// Whether a drive went on that was given away.
+    is_mixed: bool,
     /// Labels of the row before, and the place of their drive.
     last: Option<([String; 4], usize)>,
     found: Vec<LoggedTrip>,
@@ -403,14 +368,33 @@ impl Trips {
         Self {
             name: stem(path),
             known: BTreeMap::new(),
+            rows: 0,
+            is_mixed: false,
             last: None,
             found: Vec::new(),
             values: Vec::new(),
         }
     }
 
+    /// Whether no row had these labels yet.
+    fn is_new(&self, labels: [&str; 4]) -> bool {
+        let is = |(last, _): &([String; 4], usize)| last.iter().zip(labels).all(|(a, b)| a == b);
+        !self.last.as_ref().is_some_and(is) && !self.known.contains_key(&labels.map(str::to_owned))
+    }
+
+    /// All drives so far; they are not kept.
+    fn give_away(&mut self) -> Self {
+        self.known.values_mut().for_each(|place| *place = None);
+        let empty = Self { name: self.name.clone(), ..Self::new(Path::new("")) };
+        let known = std::mem::take(&mut self.known);
+        let given = std::mem::replace(self, empty);
+        self.known = known;
+        given
+    }
+
     /// Place of the drive with these labels (truck, driver, drive, event), which has so many columns.
     fn place(&mut self, labels: [&str; 4], columns: usize) -> usize {
+        self.rows += 1;
         // labels hold for many rows
         match &self.last {
             Some((last, place)) if last.iter().zip(labels).all(|(last, label)| last == label) => {
@@ -426,7 +410,7 @@ impl Trips {
     }
 
     fn place_of(&mut self, labels: [String; 4], columns: usize) -> usize {
-        *self.known.entry(labels).or_insert_with_key(|labels| {
+        let place = *self.known.entry(labels).or_insert_with_key(|labels| {
             let [truck, driver, drive, event] =
                 labels.each_ref().map(|text| (!text.is_empty()).then(|| text.clone()));
             let truck = truck.unwrap_or_else(|| self.name.clone());
@@ -441,8 +425,10 @@ impl Trips {
             // drives mostly follow each other: the one before is complete
             self.values.iter_mut().rev().take(1).flatten().for_each(Vec::shrink_to_fit);
             self.values.push(vec![Vec::new(); columns]);
-            self.found.len() - 1
-        })
+            Some(self.found.len() - 1)
+        });
+        self.is_mixed |= place.is_none();
+        place.unwrap_or(0)
     }
 
     /// The drives with the values that were added, or with whole columns that stand for them.
@@ -546,6 +532,34 @@ mod tests {
         assert_eq!((unreadable.cells, unreadable.text.as_str()), (2, "inf"));
         assert_eq!(unreadable.place, RowPlace::Row(2));
         assert_eq!(by_text.unreadable[0].place, RowPlace::Line(3));
+    }
+
+    #[test]
+    fn a_log_in_parts_has_the_same_drives_and_account() {
+        let drive = |name: &str| -> String {
+            (0..9).map(|k| format!("{name},{k},{},0.01\n", 36 + k)).collect()
+        };
+        let header = "drive,time_s,speed_kmh,grade\n";
+        let text = header.to_owned() + &["a", "b", "c", "d"].map(drive).concat();
+        let source = |text| Source::Text(Path::new("log"), text);
+        let whole = read(source(&text), &[], &[]).expect("a log");
+        for most_rows in [1, 10, 18, 30] {
+            let mut parts = Vec::new();
+            let mut rest =
+                read_in_parts(source(&text), &[], &[], most_rows, &mut |part| parts.push(part))
+                    .expect("a log");
+            assert!(parts.iter().all(|part| part.is_part && part.columns == whole.columns));
+            let rows = |part: &LogFile| part.drives.iter().map(LoggedTrip::rows).sum::<usize>();
+            assert!(parts.iter().all(|part| rows(part) < most_rows + 9), "{most_rows}");
+            let given = parts.into_iter().flat_map(|part| part.drives);
+            let drives: Vec<LoggedTrip> = given.chain(std::mem::take(&mut rest.drives)).collect();
+            assert_eq!(format!("{drives:?}"), format!("{:?}", whole.drives));
+            assert_eq!((rest.rows, &rest.read), (whole.rows, &whole.read));
+        }
+        let mixed = header.to_owned() + &["a", "b", "a"].map(drive).concat();
+        let fault = read_in_parts(source(&mixed), &[], &[], 9, &mut |_| ()).expect_err("mixed");
+        assert!(fault.is_mixed());
+        assert_eq!(read(source(&mixed), &[], &[]).expect("a log").drives.len(), 2);
     }
 
     #[test]

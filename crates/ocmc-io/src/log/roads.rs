@@ -2,11 +2,11 @@
 
 use super::curves::{Steering, TripError, tells_steering_only, tells_turns, turning_log};
 use super::noise::noise_of_turning;
-use super::{LogFile, LoggedTrip, Need, counted, row_notes};
+use super::{LogFile, LoggedTrip, Need, counted, read_in_parts, row_notes};
 use crate::intake::FileAccount;
 use crate::intake::table::formats::LOG;
 use crate::intake::table::source::is_track;
-use crate::intake::table::{Mapping, Quantity, Source, Table};
+use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -18,7 +18,6 @@ use ocmc_estimation::log::road::{
 use ocmc_estimation::log::way::DrivenWay;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 /// Altitude that is taken out of a log without a word, in m: a receiver that scatters by some metres
@@ -35,6 +34,8 @@ const MOST_TURNING_NOISE_M: f64 = 0.1;
 /// cent.
 const MOST_ALTITUDES: usize = 500_000;
 
+/// Rows of a log after which its complete drives are given away.
+const PART_ROWS: usize = 1_000_000;
 /// Most notes that say the same of other drives.
 const MOST_ALIKE: usize = 3;
 
@@ -81,31 +82,50 @@ pub struct FoundRoads {
 }
 
 impl FoundRoads {
-    /// Finds the roads of a log's drives. `look` is called before each of them, and may break off.
-    /// Positions that scatter tell no curves: a detector would see other ones in them than those
-    /// of its window. Nor do positions with rows that were put in between.
-    pub fn add<B>(
-        &mut self,
-        mut file: LogFile,
+    /// The roads of a log. Its drives are given away as it is read, where they follow each other.
+    ///
+    /// # Errors
+    /// As [`super::read`].
+    pub fn of_log(
+        source: Source,
+        mappings: &[Mapping],
         options: &RoadOptions,
         steering: Option<Steering>,
-        mut look: impl FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B> {
+    ) -> Result<Self, TableError> {
+        let mut found = Self::default();
+        let mut add = |part| found.add(part, options, steering);
+        let rest = match read_in_parts(source, mappings, &NEEDS, PART_ROWS, &mut add) {
+            Err(error) if error.is_mixed() => {
+                found = Self::default();
+                super::read(source, mappings, &NEEDS)?
+            }
+            rest => rest?,
+        };
+        found.add(rest, options, steering);
+        Ok(found)
+    }
+
+    /// Finds the roads of a log's drives.
+    /// Positions that scatter tell no curves: a detector would see other ones in them than those
+    /// of its window. Nor do positions with rows that were put in between.
+    pub fn add(&mut self, mut file: LogFile, options: &RoadOptions, steering: Option<Steering>) {
         let weighs = |quantity| file.columns.iter().any(|(column, _)| column.quantity == quantity);
         if let Some(curb_kg) = options.curb_mass_kg
             && weighs(Quantity::GrossWeight)
             && !weighs(Quantity::Payload)
         {
-            self.notes.push(format!(
+            let note = format!(
                 "`{}`: payloads are gross weights less the curb mass of the base study, {} kg",
                 file.path.display(),
                 rounded(curb_kg)
-            ));
+            );
+            if !self.notes.contains(&note) {
+                self.notes.push(note);
+            }
         }
         let places: Vec<String> = file.drives.iter().map(|drive| file.place(drive)).collect();
         // a drive is not kept beside its roads
         for (drive, place) in std::mem::take(&mut file.drives).into_iter().zip(places) {
-            look()?;
             let scatter_m = noise_of_turning(&drive);
             let steered = steering.is_none() && tells_steering_only(&drive);
             let apart_s = drive.measured_each_s.filter(|_| !tells_turns(&drive));
@@ -137,8 +157,19 @@ impl FoundRoads {
                 Err(fault) => self.left_out.push((place, fault)),
             }
         }
-        self.inputs.push(file.read);
-        ControlFlow::Continue(())
+        if file.read != FileAccount::default() {
+            self.inputs.push(file.read);
+        }
+    }
+
+    /// Adds the roads of others.
+    pub fn append(&mut self, others: Self) {
+        others.roads.into_iter().for_each(|road| self.keep(road));
+        self.has_objects |= others.has_objects;
+        others.coverage.into_iter().for_each(|coverage| self.cover(coverage));
+        self.notes.extend(others.notes);
+        self.left_out.extend(others.left_out);
+        self.inputs.extend(others.inputs);
     }
 
     /// Keeps a road, without its rows and with at most so many altitudes as all are to have.

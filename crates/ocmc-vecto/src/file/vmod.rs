@@ -35,6 +35,7 @@ pub fn read(path: &Path) -> Result<LogFile, VectoError> {
     let name = stem(path);
     let drive = LoggedTrip::new(&name, name.trim_end_matches(".vmod"), columns);
     Ok(LogFile {
+        is_part: false,
         path: path.to_owned(),
         read: FileAccount::default(),
         rows: seconds.len(),

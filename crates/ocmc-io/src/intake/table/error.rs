@@ -268,6 +268,9 @@ pub enum Fault {
          repeated, and sort the others"
     )]
     Order(RowPlace, f64),
+    /// A drive of a log that goes on behind others.
+    #[error(": the rows of a drive do not follow each other")]
+    Mixed,
     /// A log whose time stands still.
     #[error(
         ": of its first {rows} rows {still} repeat the time of the row before them or go back, which is no log of \
@@ -321,6 +324,11 @@ impl TableError {
     /// What is wrong with an assignment.
     pub(super) fn of_mapping(fault: Fault) -> Self {
         Self { path: None, fault: Box::new(fault) }
+    }
+
+    /// Whether the rows of a log's drive do not follow each other.
+    pub(crate) fn is_mixed(&self) -> bool {
+        matches!(*self.fault, Fault::Mixed)
     }
 
     /// What the system says, where a file cannot be read.
