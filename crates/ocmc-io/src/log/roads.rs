@@ -34,6 +34,9 @@ const MOST_TURNING_NOISE_M: f64 = 0.1;
 /// cent.
 const MOST_ALTITUDES: usize = 500_000;
 
+/// Way between the averaged altitudes of a road that are kept for a fit, in m; slopes are looked at
+/// over 100 m.
+const KEPT_ALTITUDE_M: f64 = 20.0 - 1e-6;
 /// Rows of a log after which its complete drives are given away.
 const PART_ROWS: usize = 1_000_000;
 /// Most notes that say the same of other drives.
@@ -176,6 +179,23 @@ impl FoundRoads {
     fn keep(&mut self, road: LoggedRoad) {
         self.altitudes += road.altitudes.len();
         self.roads.push(LoggedRoad { way: DrivenWay::default(), ..road });
+        // laws of slopes are those of the measured altitudes: the averaged ones, every 5 m, tell how
+        // hilly the road is
+        if let Some(road) = self.roads.last_mut().filter(|road| road.altitudes.len() > 1) {
+            let points = &road.cycle.altitude;
+            let mut kept: Vec<(f64, f64)> = Vec::with_capacity(points.len() / 4 + 2);
+            for (k, point) in points.iter().enumerate() {
+                let ends = [kept.last(), points.get(k + 1)];
+                let is_near = |end: Option<&(f64, f64)>| {
+                    end.is_some_and(|end| (end.0 - point.0).abs() < KEPT_ALTITUDE_M)
+                };
+                if !ends.into_iter().all(is_near) {
+                    kept.push(*point);
+                }
+            }
+            kept.shrink_to_fit();
+            road.cycle.altitude = kept;
+        }
         let each = self.altitudes_of_each.max(1);
         if !(self.roads.len() - 1).is_multiple_of(each) {
             self.thin(self.roads.len() - 1);
