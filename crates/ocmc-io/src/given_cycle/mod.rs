@@ -15,7 +15,7 @@ mod vdri;
 
 use crate::input_file;
 use crate::intake::table::error::Fault;
-use crate::intake::table::formats::{DRIVE_CYCLE, ROUTE, STOP_PLAN, TRACKS};
+use crate::intake::table::formats::{DRIVE_CYCLE, TRACKS};
 use crate::intake::table::source::{ending, is_of_format, is_table, is_track, read_text};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, Finding, drawn, high_altitude, slope, unlike_a_road};
@@ -113,10 +113,8 @@ fn read_unjudged(
         let (cycle, account, _) = read_file(path, mappings, draw)?;
         return Ok((cycle, account));
     };
-    let (of_plan, of_route): (Vec<Mapping>, Vec<Mapping>) = mappings
-        .iter()
-        .cloned()
-        .partition(|mapping| mapping.is_of(&STOP_PLAN) && !mapping.is_of(&ROUTE));
+    let (of_plan, of_route): (Vec<Mapping>, Vec<Mapping>) =
+        mappings.iter().cloned().partition(stop_plan::is_of_plan);
     let (mut cycle, mut account, points) = read_file(path, &of_route, draw)?;
     check_readable(plan)?;
     let read = StopPlan::read(Source::File(plan), &of_plan)?;

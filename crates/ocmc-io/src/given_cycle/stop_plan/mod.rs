@@ -22,7 +22,7 @@ use place::{Spot, on_track};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-pub(super) use table::is_one;
+pub(super) use table::{is_of_plan, is_one};
 
 /// Places closer than this are one, in m.
 const SAME_PLACE_M: f64 = 50.0;
@@ -406,6 +406,25 @@ mod tests {
         }
         assert_eq!((cycle.payload_kg, cycle.parts.len()), (None, 0));
         assert_eq!(cycle.planned.and_then(|planned| planned.departure_s), Some(83_400.0));
+    }
+
+    #[test]
+    fn a_sheet_with_title_town_and_address_is_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("tour.csv");
+        let text = "Nr,Ort,Adresse,Kilometer,Standzeit [min],Entladung [t],Ankunft,Abfahrt\n\
+                    1,Depot,Hannover,0,,,,06:30:00\n2,Kunde A,Celle,38.5,25,4,07:20,07:45\n\
+                    3,Depot,Hannover,80,,,08:45,\n";
+        std::fs::write(&file, text).unwrap();
+        assert!(is_one(&file, &[]));
+        let (cycle, account) = read(text).unwrap();
+        assert_eq!((stops(&cycle), cycle.payload_kg), (vec![(38_500.0, 1500.0)], Some(4000.0)));
+        assert!(account.told()[0].contains("`Ort` as place"), "{account:?}");
+        // routes by rows, and tracks, are none
+        for names in ["position_m,speed_limit_kmh,stop_s", "lat,lon,altitude_m", "track,rule"] {
+            std::fs::write(&file, format!("{names}\n")).unwrap();
+            assert!(!is_one(&file, &[]), "{names}");
+        }
     }
 
     #[test]

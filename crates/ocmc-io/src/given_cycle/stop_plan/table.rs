@@ -3,7 +3,7 @@
 use super::place::Spot;
 use super::{DAY_S, Halt, StopPlan};
 use crate::intake::table::date::{second_of_day, second_of_year};
-use crate::intake::table::formats::{ROUTE, STOP_PLAN};
+use crate::intake::table::formats::{ROUTE, STOP_PLAN, TRACKS};
 use crate::intake::table::given::RowPlace;
 use crate::intake::table::{Mapping, Quantity, Row, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::PlannedMission;
@@ -22,14 +22,18 @@ const WITH_UNIT: [Quantity; 6] = [
     Quantity::Payload,
 ];
 
-/// Whether a table is a stop plan.
+/// Whether a table is a stop plan: by its names, or by what is assigned.
 pub(in super::super) fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
-    let table = Table::open(Source::File(path), &STOP_PLAN, &own(mappings));
-    let is_limit = |name: &String| ROUTE.means(name) == Some(Quantity::Limit);
-    table.is_ok_and(|table| {
-        let is_marked = MARKS.iter().any(|mark| table.column(*mark).is_some());
-        is_marked && !table.names().iter().any(is_limit)
-    })
+    let Ok(table) = Table::open(Source::File(path), &TRACKS, &[]) else { return false };
+    let any = |is: &dyn Fn(&String) -> bool| table.names().iter().any(is);
+    let is_marked = any(&|name| STOP_PLAN.means(name).is_some_and(|mark| MARKS.contains(&mark)));
+    let is_assigned = mappings.iter().any(|mapping| is_of_plan(mapping));
+    (is_marked || is_assigned) && !any(&|name| ROUTE.means(name) == Some(Quantity::Limit))
+}
+
+/// Whether only a stop plan has what is assigned.
+pub(in super::super) fn is_of_plan(mapping: &Mapping) -> bool {
+    mapping.is_of(&STOP_PLAN) && !mapping.is_of(&ROUTE)
 }
 
 /// The assignments of columns that a stop plan has.

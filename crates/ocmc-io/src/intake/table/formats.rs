@@ -194,7 +194,28 @@ pub const STOP_PLAN: Schema = Schema {
     style: Style::Description,
     fields: &[
         Field::named(Q::Order, &[("", &["order", "no", "nr", "stop"])]),
-        Field::named(Q::Place, &[("", &["place", "name"])]),
+        // the first of these that is there is the name
+        Field::named(
+            Q::Place,
+            &[(
+                "",
+                &[
+                    "place",
+                    "ort",
+                    "stop_name",
+                    "name",
+                    "customer",
+                    "kunde",
+                    "location",
+                    "lieu",
+                    "plats",
+                    "lugar",
+                    "haltestelle",
+                    "address",
+                    "adresse",
+                ],
+            )],
+        ),
         Field::named(
             Q::Position,
             &[("km", &["position_km", "km", "kilometre", "kilometer", "kilometres", "kilometers"])],

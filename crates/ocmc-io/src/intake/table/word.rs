@@ -111,22 +111,6 @@ const WORDS: &[(&str, &[&str])] = &[
             "kilometre",
         ],
     ),
-    (
-        "place",
-        &[
-            "ort",
-            "stop_name",
-            "location",
-            "customer",
-            "kunde",
-            "address",
-            "adresse",
-            "lieu",
-            "plats",
-            "lugar",
-            "haltestelle",
-        ],
-    ),
     ("order", &["sequence", "reihenfolge", "stop_no", "stop_nr", "ordre", "ordning", "orden"]),
     ("leg", &["distance_from_previous", "leg_distance", "etappe", "teilstrecke", "etape"]),
     (
