@@ -190,3 +190,43 @@ fn weather_is_read_out_of_the_archive_in_which_it_is_published() {
     assert!(reason.is_some_and(|reason| reason.contains("expand it, and name one")));
     assert!(content(&archive(&[about])).is_err());
 }
+
+#[test]
+fn rows_of_a_sheet_have_the_cells_of_its_names() {
+    let cell =
+        |at: &str, text: &str| format!("<c r=\"{at}\" t=\"inlineStr\"><is><t>{text}</t></is></c>");
+    // a title, and a last row whose last cell is not there
+    let rows = [
+        format!("<row r=\"1\">{}</row>", cell("A1", "tour")),
+        format!("<row r=\"3\">{}{}</row>", cell("A3", "place"), cell("B3", "km")),
+        format!("<row r=\"4\">{}<c r=\"B4\"><v>0</v></c></row>", cell("A4", "a")),
+        format!("<row r=\"5\">{}</row>", cell("A5", "b")),
+    ]
+    .concat();
+    let space = "http://schemas.openxmlformats.org/";
+    let relation = |kind: &str, target: &str| {
+        format!(
+            "<Relationships xmlns=\"{space}package/2006/relationships\"><Relationship Id=\"rId1\" \
+             Type=\"{space}officeDocument/2006/relationships/{kind}\" Target=\"{target}\"/>\
+             </Relationships>"
+        )
+    };
+    let book = format!(
+        "<workbook xmlns=\"{space}spreadsheetml/2006/main\" xmlns:r=\"{space}officeDocument/2006/\
+         relationships\"><sheets><sheet name=\"a\" sheetId=\"1\" r:id=\"rId1\"/></sheets></workbook>"
+    );
+    let sheet = format!(
+        "<worksheet xmlns=\"{space}spreadsheetml/2006/main\"><sheetData>{rows}</sheetData>\
+         </worksheet>"
+    );
+    let bytes = archive(&[
+        ("xl/workbook.xml", &book),
+        ("_rels/.rels", &relation("officeDocument", "xl/workbook.xml")),
+        ("xl/_rels/workbook.xml.rels", &relation("worksheet", "worksheets/sheet1.xml")),
+        ("xl/worksheets/sheet1.xml", &sheet),
+    ]);
+    match content(&bytes) {
+        Ok(Content::Cells(text, _)) => assert_eq!(text, "tour\n\nplace,km\na,0\nb,\n"),
+        _ => panic!("no cells"),
+    }
+}

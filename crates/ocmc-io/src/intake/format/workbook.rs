@@ -81,8 +81,13 @@ fn cells_of(book: &mut Xlsx<Cursor<&[u8]>>, sheet: &str) -> Result<Option<String
     // charts are sheets without cells
     let Ok(mut cells) = book.worksheet_cells_reader(sheet) else { return Ok(None) };
     let (mut text, mut row, mut line) = (String::new(), 0_u32, Vec::<String>::new());
-    let mut tables = 0;
+    let (mut tables, mut widest) = (0, 0);
     let mut finish = |line: &mut Vec<String>, text: &mut String| {
+        // cells that are empty at the end of a row are not in the file
+        widest = widest.max(line.len());
+        if !line.is_empty() {
+            line.resize(widest, String::new());
+        }
         tables += u32::from(line.iter().filter(|cell| !cell.is_empty()).count() > 1);
         for (k, cell) in line.drain(..).enumerate() {
             if k > 0 {
