@@ -125,14 +125,14 @@ impl DriveSteps {
             return Extent::default();
         };
         let steps = self.counts.iter().map(|(us, count)| (*us as f64 / 1e6, *count));
-        let gaps = steps.filter(|(step_s, _)| *step_s > (2.5 * interval_s).max(2.05));
+        let mut gaps = steps.filter(|(step_s, _)| *step_s > (2.5 * interval_s).max(2.05));
         Extent {
             length_m: self.has_speed.then_some(self.length_m),
             duration_s: Some(self.duration_s),
             interval_s: Some(interval_s),
             interval_m: None,
             gaps: gaps.clone().map(|(_, count)| count).sum(),
-            longest_gap_s: gaps.last().map(|(step_s, _)| step_s),
+            longest_gap_s: gaps.next_back().map(|(step_s, _)| step_s),
         }
     }
 }

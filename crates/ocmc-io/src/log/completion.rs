@@ -81,9 +81,9 @@ impl<'a> Completion<'a> {
         };
         self.ambient_k.extend(trip.ambient_k());
         self.motions.extend(motion::complete(trip).into_iter().map(told));
-        if let Some(time_s) = trip.column(Quantity::Time) {
-            let speed_mps = trip.column(Quantity::Speed);
-            speed_mps.into_iter().for_each(|speed_mps| self.steps.add(time_s, Some(speed_mps)));
+        let [time_s, speed_mps] = [Quantity::Time, Quantity::Speed].map(|q| trip.column(q));
+        if let Some((time_s, speed_mps)) = time_s.zip(speed_mps) {
+            self.steps.add(time_s, Some(speed_mps));
         }
         sloped_steps(trip).for_each(|(way_m, slope)| self.slopes.add(way_m, slope));
         let has_number = |column: &[f64]| column.iter().any(|value| !value.is_nan());

@@ -265,7 +265,7 @@ pub fn read_in_parts(
             let complete = drives.give_away().finish(&numbers, &whole);
             let (path, columns) = (file.path.clone(), file.columns.clone());
             let drives = completion.complete(complete, is_part)?;
-            use_part(LogFile { path, columns, drives, is_part, ..LogFile::default() });
+            use_part(LogFile { path, drives, columns, is_part, ..LogFile::default() });
         }
         let drive = drives.place(labels, numbers.len());
         if drives.is_mixed {
@@ -537,7 +537,8 @@ mod tests {
     #[test]
     fn a_log_in_parts_has_the_same_drives_and_account() {
         let drive = |name: &str| -> String {
-            (0..9).map(|k| format!("{name},{k},{},0.01\n", 36 + k)).collect()
+            let row = |k: usize| format!("{name},{k},{},0.01\n", 36 + k);
+            (0..9).map(row).collect::<Vec<String>>().concat()
         };
         let header = "drive,time_s,speed_kmh,grade\n";
         let text = header.to_owned() + &["a", "b", "c", "d"].map(drive).concat();

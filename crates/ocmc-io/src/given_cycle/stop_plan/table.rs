@@ -27,7 +27,7 @@ pub(in super::super) fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
     let Ok(table) = Table::open(Source::File(path), &TRACKS, &[]) else { return false };
     let any = |is: &dyn Fn(&String) -> bool| table.names().iter().any(is);
     let is_marked = any(&|name| STOP_PLAN.means(name).is_some_and(|mark| MARKS.contains(&mark)));
-    let is_assigned = mappings.iter().any(|mapping| is_of_plan(mapping));
+    let is_assigned = mappings.iter().any(is_of_plan);
     (is_marked || is_assigned) && !any(&|name| ROUTE.means(name) == Some(Quantity::Limit))
 }
 
