@@ -406,6 +406,9 @@ mod tests {
         }
         assert_eq!((cycle.payload_kg, cycle.parts.len()), (None, 0));
         assert_eq!(cycle.planned.and_then(|planned| planned.departure_s), Some(83_400.0));
+        let (cycle, _) =
+            read("place,km,dwell_min\nA,0,\nB,20,1:30\nC,40,00:25:00\nD,60,\n").unwrap();
+        assert_eq!(stops(&cycle), [(20_000.0, 5400.0), (40_000.0, 1500.0)]);
     }
 
     #[test]

@@ -147,6 +147,12 @@ fn halt(row: &Row, has_dwell: bool) -> Result<Halt, TableError> {
     let number = |quantity: Quantity| -> Result<Option<f64>, TableError> {
         if row.text(quantity).is_empty() { Ok(None) } else { row.optional(quantity) }
     };
+    // a sheet may have it as hours and minutes
+    let dwell_s = match second_of_day(row.text(Quantity::Dwell)) {
+        _ if !has_dwell => None,
+        Some(dwell_s) => Some(dwell_s),
+        None => number(Quantity::Dwell)?,
+    };
     let spot = number(Quantity::Latitude)?.zip(number(Quantity::Longitude)?);
     let order = number(Quantity::Order)?;
     let place = row.place();
@@ -159,7 +165,7 @@ fn halt(row: &Row, has_dwell: bool) -> Result<Halt, TableError> {
         leg_m: number(Quantity::Leg)?,
         spot: spot.map(|(latitude_deg, longitude_deg)| Spot { latitude_deg, longitude_deg }),
         altitude_m: number(Quantity::Altitude)?,
-        dwell_s: if has_dwell { number(Quantity::Dwell)?.unwrap_or(0.0) } else { 0.0 },
+        dwell_s: dwell_s.unwrap_or(0.0),
         loaded_kg: number(Quantity::Loaded)?,
         unloaded_kg: number(Quantity::Unloaded)?,
         payload_kg: number(Quantity::Payload)?,
