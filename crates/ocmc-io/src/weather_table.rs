@@ -162,7 +162,7 @@ impl Joined {
         findings
     }
 
-    /// What was joined, of so many tables.
+    /// Finding on what was joined, of so many tables.
     fn told(&self, files: usize) -> Option<Finding> {
         let common = self.hours.values().filter(|(_, of)| *of == files).count();
         let all = self.hours.len();

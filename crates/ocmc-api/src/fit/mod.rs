@@ -107,7 +107,7 @@ fn no_fit(source: &Path, error: impl Into<FitError>) -> Error {
     Error::Fit(source.to_owned(), error.into())
 }
 
-/// What messages call several tables: by the first one.
+/// Name of several tables in messages: that of the first one.
 fn first_of(tables: &[Source]) -> &Path {
     tables.first().map_or("".as_ref(), Source::path)
 }

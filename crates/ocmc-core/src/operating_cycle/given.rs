@@ -61,7 +61,7 @@ pub struct GivenCycle {
     pub parts: Vec<MissionPart>,
     /// Departure, in s of the day and in days of the year; none where the file has none.
     pub departure: Option<(f64, f64)>,
-    /// What a stop plan says of the mission; none where there is no plan.
+    /// Departure of a stop plan; none where there is no plan.
     pub planned: Option<PlannedMission>,
     /// The log from which the road was made; none where it was not.
     pub source_log: Option<String>,
@@ -71,8 +71,7 @@ pub struct GivenCycle {
     pub noise: PointNoise,
 }
 
-/// What a stop plan says of a mission beside its stops. It holds without being kept, and so does the
-/// plan's payload.
+/// Departure of a stop plan. It holds without being kept, and so does the plan's payload.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlannedMission {
     /// Departure, in s of the day; none: drawn from the study.

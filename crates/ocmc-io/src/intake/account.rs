@@ -113,7 +113,7 @@ impl DriveSteps {
         }
     }
 
-    /// What they add up to.
+    /// Sums up the steps.
     pub(crate) fn extent(&self) -> Extent {
         let all: usize = self.counts.values().sum();
         let mut below = 0;

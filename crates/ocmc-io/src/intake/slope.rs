@@ -39,29 +39,31 @@ impl SlopeSum {
 
     /// As [`judge`].
     pub(crate) fn judge(self, has_unit: bool) -> Option<Finding> {
-        of_sum(self, has_unit)
-    }
-}
-
-fn of_sum(SlopeSum { way_m, climbed_m }: SlopeSum, has_unit: bool) -> Option<Finding> {
-    let mean = climbed_m / way_m;
-    if !(way_m >= SHORTEST_M && mean > UNUSUAL) {
-        return None;
-    }
-    let text = format!(
-        "the slope is {} in the mean, up or down, over {} km: as a ratio {} %",
-        rounded(mean),
-        rounded(way_m / 1000.0),
-        rounded(100.0 * mean)
-    );
-    let remedy = "no road is so steep; is it in per cent or degrees? Then name the column \
+        let Self { way_m, climbed_m } = self;
+        let mean = climbed_m / way_m;
+        if !(way_m >= SHORTEST_M && mean > UNUSUAL) {
+            return None;
+        }
+        let text = format!(
+            "the slope is {} in the mean, up or down, over {} km: as a ratio {} %",
+            rounded(mean),
+            rounded(way_m / 1000.0),
+            rounded(100.0 * mean)
+        );
+        let remedy = "no road is so steep; is it in per cent or degrees? Then name the column \
                   `grade_percent` or `grade_deg`";
-    let refused = if has_unit { REFUSED_WITH_UNIT } else { REFUSED };
-    Some(if mean > refused {
-        Finding::refused(NAME, [mean, refused], text, remedy)
-    } else {
-        Finding::warned(NAME, [mean, UNUSUAL], text, "is it in per cent, or do altitudes scatter?")
-    })
+        let refused = if has_unit { REFUSED_WITH_UNIT } else { REFUSED };
+        Some(if mean > refused {
+            Finding::refused(NAME, [mean, refused], text, remedy)
+        } else {
+            Finding::warned(
+                NAME,
+                [mean, UNUSUAL],
+                text,
+                "is it in per cent, or do altitudes scatter?",
+            )
+        })
+    }
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ impl LogFile {
     }
 }
 
-/// What is done with the ambient temperature, where there is one.
+/// Finding on the ambient temperature, where there is one.
 pub(super) fn ambient_temperature(means_k: &[f64]) -> Option<Finding> {
     let means_k = means_k.iter().copied();
     let (low_k, high_k) = (means_k.clone().reduce(f64::min)?, means_k.reduce(f64::max)?);

@@ -32,7 +32,7 @@ pub(super) struct Completion<'a> {
 }
 
 impl<'a> Completion<'a> {
-    /// Of no drives yet.
+    /// Begins without a drive.
     pub(super) fn new(path: &'a Path, is_labelled: bool, pause_s: Option<f64>) -> Self {
         Self {
             path,

@@ -216,8 +216,8 @@ impl FoundRoads {
         }
     }
 
-    /// What has to be known and what was left out: of what is said alike of many drives, what is said
-    /// of the first ones.
+    /// Gives the notes and what was left out; of notes that say the same of many drives, the first
+    /// ones.
     pub fn told(&self) -> Vec<String> {
         let left_out =
             self.left_out.iter().map(|(place, fault)| format!("{place} is left out: {fault}"));
@@ -268,7 +268,7 @@ impl FoundRoads {
     }
 }
 
-/// What a note says, whatever its names and numbers are.
+/// Gives the text of a note without its names and numbers.
 fn kind_of(note: &str) -> String {
     let said = note.split('`').step_by(2).collect::<String>();
     said.chars().filter(|letter| !letter.is_ascii_digit()).collect()

@@ -198,7 +198,7 @@ fn engine_keys(curve: &EfficiencyCurve, of_base: &Value) -> (Value, f64) {
     (keys, scale)
 }
 
-/// What a file says and is not used, and what is assumed.
+/// Notes on what of a file is not used, and on what is assumed.
 fn notes(keys: &Keys, base: &str, scale: f64, cargo_kg: f64) -> Vec<String> {
     let mut notes = vec![format!(
         "assumed, as of `{base}`: engine speeds, the shape of full load, drag torque and inertia of \

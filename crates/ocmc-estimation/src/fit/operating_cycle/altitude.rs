@@ -124,8 +124,7 @@ impl ErrorProcess {
     }
 }
 
-/// What is searched for: SD and hill length of each type, and the error of the altitudes, as the
-/// search sees them.
+/// Variables of the search: SD and hill length of each type, and the error of the altitudes.
 struct Variables {
     step_m: f64,
     types: usize,

@@ -62,7 +62,7 @@ struct Halt {
 }
 
 impl Halt {
-    /// What it is called in messages.
+    /// Name in messages.
     fn called(&self) -> String {
         let Self { row, name, .. } = self;
         if name.is_empty() { row.to_string() } else { format!("{row}, {name}") }
@@ -179,6 +179,10 @@ impl StopPlan {
                     rounded(cycle.length_m / 1000.0)
                 )));
             }
+        }
+        // the trip begins before its first place: when, that place does not tell
+        if positions.first().is_some_and(|first_m| *first_m >= SAME_PLACE_M) {
+            self.departure.departure_s = None;
         }
         self.load()?;
         let payload_kg = self.payload_kg;
@@ -462,7 +466,10 @@ mod tests {
 
     #[test]
     fn a_plan_that_begins_on_the_way_starts_at_kilometre_0() {
-        let (cycle, account) = read("place,km,dwell_min\nA,12,5\nB,30,5\nC,50,\n").unwrap();
+        let (cycle, account) =
+            read("place,km,dwell_min,departure\nA,12,5,07:30\nB,30,5,\nC,50,,\n").unwrap();
+        // that is when it leaves A
+        assert_eq!(cycle.planned.and_then(|planned| planned.departure_s), None);
         assert_eq!((cycle.length_m, stops(&cycle).len()), (50_000.0, 2));
         assert!(account.told().join("\n").contains("begins at kilometre 12"), "{account:?}");
         let fault = refused("place,km,dwell_min\nA,81200,5\nB,81230,5\n");

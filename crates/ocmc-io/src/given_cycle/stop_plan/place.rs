@@ -31,7 +31,7 @@ struct Passage {
 /// `called` is the name of a place.
 ///
 /// # Errors
-/// What is wrong, behind the name of the plan.
+/// The fault, to stand behind the name of the plan.
 pub(super) fn on_track(
     spots: &[Spot],
     points: &Points,

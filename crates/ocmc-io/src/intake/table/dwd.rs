@@ -6,7 +6,7 @@
 
 /// The clock of its series, in UTC.
 const CLOCK: &str = "MESS_DATUM";
-/// What its series have for a missing value.
+/// Number that stands for a missing value in its series.
 const MISSING: f64 = -999.0;
 /// Names that mean something in its series alone.
 const NAMES: [(&str, &str); 3] =
