@@ -96,14 +96,19 @@ impl OperatingCycle {
         let length_m = road.length_m;
         let mut now = Segment { curve: NONE, event: NONE, ..Segment::default() };
         let sign = |k: u32| road.signs.get(k as usize).map(|sign| sign.start_m + sign_offset_m);
+        // neither begins at the end of the road, be something a hair before it
+        let slopes = road.slopes.len() as u32;
+        let slope = |k: u32| (k < slopes).then(|| f64::from(k) * road.slope_step_m);
+        let blocks = road.roughness_m3.len() as u32;
+        let block = |k: u32| (k < blocks).then(|| f64::from(k) * road.roughness_block_m);
         let section = |k: u32| road.sections.get(k as usize).map(|section| section.start_m);
         let weather = |k: u32| self.weather.get(k as usize).map(|weather| weather.start_m);
         let traffic = |k: u32| self.traffic.get(k as usize).map(|traffic| traffic.start_m);
         let mut next = NextChanges {
             sign: start_of(sign(1)),
             section: start_of(section(1)),
-            slope: road.slope_step_m,
-            roughness: road.roughness_block_m,
+            slope: start_of(slope(1)),
+            roughness: start_of(block(1)),
             weather: start_of(weather(1)),
             traffic: start_of(traffic(1)),
             curve: start_of(road.curves.first().map(|curve| curve.start_m)),
@@ -114,9 +119,8 @@ impl OperatingCycle {
         loop {
             // every track that changes here, or within the shortest segment
             let here = now.start_m + SMALLEST_M;
-            pass(&mut now.slope, &mut next.slope, here, |k| Some(f64::from(k) * road.slope_step_m));
-            let block_m = road.roughness_block_m;
-            pass(&mut now.roughness, &mut next.roughness, here, |k| Some(f64::from(k) * block_m));
+            pass(&mut now.slope, &mut next.slope, here, slope);
+            pass(&mut now.roughness, &mut next.roughness, here, block);
             pass(&mut now.sign, &mut next.sign, here, sign);
             pass(&mut now.section, &mut next.section, here, section);
             pass(&mut now.weather, &mut next.weather, here, weather);
@@ -153,7 +157,7 @@ impl OperatingCycle {
                 now.event = NONE;
                 now.start_m = next.slope;
                 now.slope += 1;
-                next.slope = f64::from(now.slope + 1) * road.slope_step_m;
+                next.slope = start_of(slope(now.slope + 1));
             }
 
             let mut end_m = lower(next.slope, other_m);
@@ -184,4 +188,33 @@ fn pass(number: &mut u32, next_m: &mut f64, here_m: f64, start_m: impl Fn(u32) -
 /// A position, or infinity where there is none.
 fn start_of(position_m: Option<f64>) -> f64 {
     position_m.unwrap_or(f64::INFINITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operating_cycle::road::Road;
+
+    #[test]
+    fn a_cut_a_millimetre_before_the_end_begins_no_slope_behind_it() {
+        let road = Road {
+            length_m: 25.0,
+            slopes: vec![0.01],
+            slope_step_m: 25.0,
+            roughness_m3: vec![1e-6],
+            roughness_block_m: 25.0,
+            ..Road::default()
+        };
+        let cycle = OperatingCycle { road, ..OperatingCycle::default() };
+        let (mut segments, mut runs) = (Vec::new(), Vec::new());
+        // rounded, the cut is a whole segment before the end, and the end one behind the cut
+        let cut_m = 25.0 - SMALLEST_M;
+        assert!(25.0 - cut_m >= SMALLEST_M && cut_m + SMALLEST_M >= 25.0);
+        cycle.segments_cut(0.0, &[cut_m], &mut segments, &mut runs);
+        let last = segments.last().expect("one");
+        assert_eq!(segments.len(), 2);
+        assert_eq!((last.slope, last.roughness), (0, 0));
+        let length_m: f64 = segments.iter().map(|segment| segment.length_m).sum();
+        assert!((length_m - 25.0).abs() < 1e-12);
+    }
 }
