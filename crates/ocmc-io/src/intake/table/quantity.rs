@@ -78,6 +78,14 @@ pub enum Quantity {
     GrossWeight,
     Ignition,
     Pause,
+    Distance,
+    FuelAmount,
+    EnergyAmount,
+    DrivingTime,
+    Duration,
+    Climb,
+    Odometer,
+    FullTank,
 }
 
 /// An entry of the vocabulary.
@@ -117,7 +125,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 68] = [
+pub const VOCABULARY: [Entry; 76] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -223,6 +231,19 @@ pub const VOCABULARY: [Entry; 68] = [
         "`on` or `off`, 1 or 0: switching off ends a trip; an empty cell: as before"),
     entry(Q::Pause, &["pause"], unit::TIME, "pause",
         "no column, but a time: `--map pause_min=20` ends a trip at each standstill of 20 minutes"),
+    entry(Q::Distance, &["distance"], unit::LENGTH, "distance", "of a trip"),
+    entry(Q::FuelAmount, &["fuel_amount", "litres", "liters"], unit::FUEL, "amount of fuel",
+        "of a trip, or put into the tank; a name without a unit means litres"),
+    entry(Q::EnergyAmount, &["energy"], unit::ENERGY, "electric energy",
+        "of a trip, that left the battery"),
+    entry(Q::DrivingTime, &["driving_time", "driving"], unit::TIME, "driving time",
+        "of a trip, as a tachograph counts it: without breaks"),
+    entry(Q::Duration, &["duration"], unit::TIME, "duration",
+        "of a trip, from its start to its end, breaks included"),
+    entry(Q::Climb, &["climb", "ascent"], unit::LENGTH, "climb", "sum of the climbs of a trip"),
+    entry(Q::Odometer, &["odometer"], unit::LENGTH, "odometer", "where fuel was filled in"),
+    entry(Q::FullTank, &["full", "full_tank"], unit::TEXT, "full tank",
+        "`yes`, `true`, `full` or 1 where a fill filled the tank; anything else: in part"),
 ];
 
 impl Quantity {
