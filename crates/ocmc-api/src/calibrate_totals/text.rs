@@ -8,6 +8,8 @@ use std::fmt::Write;
 
 /// Numbers that are shown.
 const SHOWN: usize = 12;
+/// Number below which digits are lost.
+const SMALL: f64 = 0.01;
 /// Room for names in a line.
 const ROOM: usize = 60;
 
@@ -34,6 +36,10 @@ pub(super) fn totals_text(answer: &CalibrateTotalsAnswer) -> String {
     let shown = [
         cells("the table", [rows.mean, rows.p5, rows.p95].map(number)),
         cells("calibrated study", [simulated.mean, simulated.p5, simulated.p95].map(number)),
+        cells("both, weighed by their errors", {
+            let both = answer.together;
+            [both.mean, both.p5, both.p95].map(number)
+        }),
         cells(
             "study with the table's loads",
             [number(answer.before), String::new(), String::new()],
@@ -65,8 +71,8 @@ pub(super) fn totals_text(answer: &CalibrateTotalsAnswer) -> String {
     let numbers = moved.iter().take(SHOWN).map(|numbers| {
         [
             numbers.name.replace('_', " "),
-            rounded(numbers.before),
-            rounded(numbers.after),
+            size(numbers.before),
+            size(numbers.after),
             format!("{:+.2}", numbers.score),
             format!("{:.2}", numbers.score_sd),
         ]
@@ -92,4 +98,9 @@ pub(super) fn totals_text(answer: &CalibrateTotalsAnswer) -> String {
         );
     }
     text
+}
+
+/// A number of a study, whatever its size.
+fn size(number: f64) -> String {
+    if number.abs() < SMALL { format!("{number:.2e}") } else { rounded(number) }
 }
