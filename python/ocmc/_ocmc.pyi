@@ -332,6 +332,17 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    def calibrate_totals(
+        self,
+        trips: object,
+        *,
+        columns: _Columns = None,
+        amount_noise: float = 0.03,
+        weight_noise: float = 0.05,
+        seed: SupportsIndex = 1,
+        threads: SupportsIndex | None = None,
+        progress: _Progress = None,
+    ) -> Answer: ...
     def operating_cycle(self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1) -> OperatingCycle: ...
     def trace(self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1) -> Table: ...
     def __getattr__(self, name: str, /) -> Any: ...  # noqa: ANN401 (whatever a key holds)

@@ -12,6 +12,7 @@ mod battery;
 mod battery_temperature;
 mod bound;
 mod breakdown;
+mod calibrate_totals;
 mod calibration;
 mod chain;
 mod charging;

@@ -137,6 +137,41 @@ pub enum Error {
          which values they lie, and a number that is typed or fitted is not in doubt"
     )]
     NothingJudged,
+    /// A table of totals with too few rows.
+    #[error(
+        "`{}`: {rows} of its rows have a distance of at least 2 km, an amount and what the others \
+         have; allowed is a table of at least {fewest}",
+        path.display()
+    )]
+    FewTotals {
+        /// The table.
+        path: PathBuf,
+        /// Rows that count.
+        rows: usize,
+        /// Fewest that are allowed.
+        fewest: usize,
+    },
+    /// A table of totals of another carrier than the study's.
+    #[error(
+        "`{}`: its amounts are of another carrier than the study's, whose consumption is {column}: \
+         give a study of such trucks, or assign the column with --map, such as \
+         fuel_amount_l=COLUMN or energy_kwh=COLUMN",
+        path.display()
+    )]
+    OtherCarrier {
+        /// The table.
+        path: PathBuf,
+        /// The study's consumption.
+        column: String,
+    },
+    /// A noise that is no share.
+    #[error("`{name}` is {value}, allowed is a share from 0 to 0.5")]
+    NoiseShare {
+        /// Of which numbers.
+        name: &'static str,
+        /// The noise.
+        value: f64,
+    },
     /// Costs of a study, of this name, without prices.
     #[error(
         "`{0}` has no prices: give it a table `[cost]`, or `--set cost.currency=EUR` and prices"

@@ -21,6 +21,7 @@
 mod answer;
 mod birds_eye;
 mod bound;
+mod calibrate_totals;
 mod compare;
 mod cost;
 mod curves;
@@ -56,6 +57,10 @@ mod word;
 pub use answer::Answer;
 pub use birds_eye::{BirdsEyeAnswer, BirdsEyeRequest, birds_eye};
 pub use bound::{BoundAnswer, BoundRequest, CycleBound, PotentialShare, bound};
+pub use calibrate_totals::{
+    CalibrateTotalsAnswer, CalibrateTotalsRequest, CalibratedNumbers, FEWEST_ROWS, Noise, Question,
+    Questioned, Shape, calibrate_totals,
+};
 pub use compare::{CompareAnswer, CompareRequest, ComparedStudies, compare};
 pub use cost::{CostAnswer, CostRequest, Costed, CostedStudy, cost};
 pub use curves::{

@@ -1,6 +1,6 @@
 //! `ocmc calibrate`: the laws behind measured tables.
 
-use crate::arguments::{AnswerOptions, StudyOptions, whole_number};
+use crate::arguments::{AnswerOptions, StudyOptions, WorkOptions, whole_number};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::watched;
@@ -8,8 +8,8 @@ use crate::study::write_fitted;
 use clap::{Args, Subcommand};
 use ocmc_api::study;
 use ocmc_api::{
-    CalibrateCurveSpeedRequest, CalibrationOptions, CurveSpeedOptions, MeasuredTable, Source,
-    Trips, mappings,
+    CalibrateCurveSpeedRequest, CalibrateTotalsRequest, CalibrationOptions, CurveSpeedOptions,
+    MeasuredTable, Noise, Source, Trips, mappings,
 };
 use std::path::{Path, PathBuf};
 
@@ -19,6 +19,38 @@ pub(crate) enum CalibrateCommand {
     /// Curve speeds: the law with which a study, driven and measured as drivers were, gives a
     /// measured table back
     CurveSpeed(CurveSpeedArguments),
+    /// Totals of trips: the judged numbers with which a study takes what the trips of a fleet, or the
+    /// fills of its tanks, took
+    Totals(TotalsArguments),
+}
+
+/// Options of the calibration to totals.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TotalsArguments {
+    /// Table with one row a trip: distance_km, fuel_l or energy_kwh, and where known
+    /// gross_weight_kg, driving_time_h, climb_m, truck, driver, date; or a row a fill: truck,
+    /// odometer_km, litres, full
+    #[arg(value_name = "TRIPS")]
+    trips: PathBuf,
+    /// Says which column is what, as in fuel_amount_l=diesel; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    map: Vec<String>,
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Noise of the amounts, SD as a share
+    #[arg(long, value_name = "SHARE", default_value = "0.03", allow_negative_numbers = true)]
+    amount_noise: f64,
+    /// Noise of the gross weights, SD as a share
+    #[arg(long, value_name = "SHARE", default_value = "0.05", allow_negative_numbers = true)]
+    weight_noise: f64,
+    /// Master seed
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    seed: u64,
+    #[command(flatten)]
+    work: WorkOptions,
+    /// Study file to write: the study with what the table tells laid over it
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
 }
 
 /// Options of the calibration of curve speeds.
@@ -67,6 +99,7 @@ pub(crate) struct CurveSpeedArguments {
 pub(crate) fn calibrate(command: &CalibrateCommand) -> Result<(), Failure> {
     match command {
         CalibrateCommand::CurveSpeed(arguments) => curve_speed(arguments),
+        CalibrateCommand::Totals(arguments) => totals(arguments),
     }
 }
 
@@ -103,6 +136,25 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
     let Some(path) = study_out else { return Ok(()) };
     let by = ("calibrate curve-speed", &*format!("`{}`", table.display()));
     let base = arguments.study.study.to_string_lossy();
+    write_fitted(path, &base, "calibrated", by, &found.study)
+}
+
+fn totals(arguments: &TotalsArguments) -> Result<(), Failure> {
+    let TotalsArguments { trips, work, out, .. } = arguments;
+    let request = CalibrateTotalsRequest {
+        trips: Source::File(trips.clone()),
+        mappings: mappings(&arguments.map)?,
+        study: &arguments.study.load()?,
+        noise: Noise { amount: arguments.amount_noise, weight: arguments.weight_noise },
+        seed: arguments.seed,
+        threads: work.threads,
+    };
+    let answer = work.answer;
+    let found = watched(answer.quiet, |watch| ocmc_api::calibrate_totals(&request, watch))?;
+    output::print(&found, answer.json)?;
+    let Some(path) = out else { return Ok(()) };
+    let base = arguments.study.study.to_string_lossy();
+    let by = ("calibrate totals", found.standing.as_str());
     write_fitted(path, &base, "calibrated", by, &found.study)
 }
 

@@ -27,5 +27,6 @@ pub mod study;
 pub use intake::table;
 mod table_file;
 pub mod traffic_table;
+pub mod trip_totals;
 pub mod trucks;
 pub mod weather_table;

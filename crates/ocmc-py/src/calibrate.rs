@@ -2,10 +2,13 @@
 
 use crate::answer::answer;
 use crate::input::{input, mappings};
+use crate::plan::{seed_of, threads_of};
 use crate::progress::watched;
 use crate::study::PyStudy;
+use ocmc_api::study::LoadedStudy;
 use ocmc_api::{
-    CalibrateCurveSpeedRequest, CalibrationOptions, CurveSpeedOptions, MeasuredTable, Trips,
+    CalibrateCurveSpeedRequest, CalibrateTotalsRequest, CalibrationOptions, CurveSpeedOptions,
+    MeasuredTable, Noise, Trips,
 };
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -107,4 +110,20 @@ pub(crate) fn calibrate_curve_speed<'py>(
     };
     let request = CalibrateCurveSpeedRequest { table, study, options };
     answer(py, &watched(py, progress, |watch| ocmc_api::calibrate_curve_speed(&request, watch))?)
+}
+
+/// Calibrates a study to the totals of trips: a table, and which of its columns is what.
+pub(crate) fn totals<'py>(
+    py: Python<'py>,
+    (trips, columns): (&Bound<'py, PyAny>, Option<BTreeMap<String, String>>),
+    study: &LoadedStudy,
+    [amount, weight]: [f64; 2],
+    (seed, threads): (Option<&Bound<'py, PyAny>>, Option<&Bound<'py, PyAny>>),
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (seed, threads) = (seed_of(seed)?, threads_of(threads)?);
+    let (trips, mappings) = (input(trips, "trips")?, mappings(columns)?);
+    let noise = Noise { amount, weight };
+    let request = CalibrateTotalsRequest { trips, mappings, study, noise, seed, threads };
+    answer(py, &watched(py, progress, |watch| ocmc_api::calibrate_totals(&request, watch))?)
 }

@@ -2,7 +2,7 @@
 
 use crate::value::whole_number;
 use ocmc_api::study::LoadedStudy;
-use ocmc_api::{LAST_CYCLE_ID, MOST_THREADS, RunPlan};
+use ocmc_api::{LAST_CYCLE_ID, MOST_THREADS, Precision, RunPlan};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -31,6 +31,14 @@ pub(crate) fn threads_of(threads: Option<&Bound<PyAny>>) -> PyResult<Option<usiz
 
 pub(crate) fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
     whole_number(cycle_id, "cycle_id", 0, LAST_CYCLE_ID - 1)
+}
+
+/// The precision with which a run ends.
+pub(crate) fn precision_of(text: Option<&str>) -> PyResult<Option<Precision>> {
+    let wrong = |text, error| format!("`precision` is {text:?}: {error}");
+    let of =
+        |text| ocmc_api::precision(text).map_err(|error| PyValueError::new_err(wrong(text, error)));
+    text.map(of).transpose()
 }
 
 pub(crate) fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {

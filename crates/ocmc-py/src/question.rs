@@ -1,20 +1,23 @@
 //! What is asked of studies: the methods of `ocmc.Study`.
 
 use crate::answer::answer;
+use crate::calibrate::totals;
 use crate::error::exception;
 use crate::given::given;
 use crate::operating_cycle::PyOperatingCycle;
-use crate::plan::{cycle_id_of, number_of_cycles, plan_of, seed_of, threads_of, with_trips};
+use crate::plan::{
+    cycle_id_of, number_of_cycles, plan_of, precision_of, seed_of, threads_of, with_trips,
+};
 use crate::progress::watched;
-use crate::run::{PyRun, load, run};
-use crate::study::{PyStudy, attribute, dictionary, of_source, setting};
+use crate::run::{PyRun, requeued, run};
+use crate::study::{PyStudy, attribute, dictionary, of_source, setting, settings};
 use crate::table::Table;
-use crate::value::{one_of, one_or_more, whole_number};
+use crate::value::{inner_share, one_of, one_or_more, whole_number};
 use ocmc_api::study::{self, Files};
 use ocmc_api::{
     Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, DoubtRequest, FORMATS, GivenDrive,
-    LAST_CYCLE_ID, OVERS, RangeRequest, RequeueRequest, SEASONS, SensitivityRequest, SizeRequest,
-    TrainingRequest, check_empty,
+    LAST_CYCLE_ID, OVERS, RangeRequest, SEASONS, SensitivityRequest, SizeRequest, TrainingRequest,
+    check_empty,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -189,11 +192,7 @@ impl PyStudy {
     ) -> PyResult<PyRun> {
         let loaded = with_trips(&self.loaded, trips)?;
         let of_truck = loaded.study.nesting().trips_per_truck;
-        let wrong = |text, error| format!("`precision` is {text:?}: {error}");
-        let precision = precision.map(|text| {
-            ocmc_api::precision(text).map_err(|error| PyValueError::new_err(wrong(text, error)))
-        });
-        let precision = precision.transpose()?;
+        let precision = precision_of(precision)?;
         let format = format.map(|word| one_of("format", word, &FORMATS)).transpose()?;
         let may_lack = precision.is_some() || resume;
         let cycles = number_of_cycles(cycles, trucks, of_truck, may_lack)?;
@@ -201,7 +200,6 @@ impl PyStudy {
         let first = first_cycle.map(|id| whole_number(id, "first_cycle", 0, last)).transpose()?;
         let seed = seed.map(|seed| seed_of(Some(seed))).transpose()?;
         let (threads, level) = (threads_of(threads)?, CpuLevel::best());
-        let given = &GivenDrive::nothing();
         let asked = Asked {
             loaded: Some(&loaded),
             files: loaded.files().clone(),
@@ -213,18 +211,7 @@ impl PyStudy {
             ..Asked::default()
         };
         match (out, resume) {
-            (Some(directory), true) => {
-                let request = RequeueRequest {
-                    directory: &directory,
-                    asked,
-                    given,
-                    threads,
-                    chunk: None,
-                    level,
-                };
-                watched(py, progress, |watch| ocmc_api::requeue(&request, watch))?;
-                load(py, directory)
-            }
+            (Some(directory), true) => requeued(py, directory, asked, threads, progress),
             (None, true) => Err(PyValueError::new_err("`resume` goes with `out`")),
             (None, false) if format.is_some() => {
                 Err(PyValueError::new_err("`format` goes with `out`"))
@@ -233,7 +220,7 @@ impl PyStudy {
                 let study = asked.load().map_err(exception)?;
                 let plan = asked.plan(&study, threads, None, level);
                 let out = out.map(|path| (path, format.unwrap_or_default()));
-                run(py, &study, given, plan, asked.precision, out, progress)
+                run(py, &study, &GivenDrive::nothing(), plan, asked.precision, out, progress)
             }
         }
     }
@@ -545,6 +532,71 @@ impl PyStudy {
         answer(py, &found)
     }
 
+    /// Calibrate the study to the totals of a fleet's trips.
+    ///
+    /// Parameters
+    /// ----------
+    /// trips : table, str or os.PathLike
+    ///     One row a trip: ``distance_km``, ``fuel_l`` or ``energy_kwh``, and where known
+    ///     ``gross_weight_kg``, ``driving_time_h``, ``climb_m``, ``truck``, ``driver``; or one row a
+    ///     fill: ``truck``, ``odometer_km``, ``litres``, ``full``.
+    /// columns : dict of str to str, optional
+    ///     Which column is what, such as ``{"fuel_amount_l": "diesel"}``.
+    /// amount_noise : float
+    ///     Noise of the amounts, SD as a share.
+    /// weight_noise : float
+    ///     Noise of the gross weights, SD as a share.
+    /// seed : int
+    ///     Master seed.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc calibrate totals --json``: ``table`` and ``simulated``, what
+    ///     changes would do (``questions``), the judged ``numbers`` with their scores, what
+    ///     ``further`` columns would tell, and ``study``, the part of a study that follows.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where the table cannot be read or has too few rows, where its amounts are of another
+    ///     carrier than the study's, or where no number of the study is judged.
+    /// OSError
+    ///     Where the file cannot be read.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> try:
+    /// ...     ocmc.Study("field-truck").calibrate_totals("trips.csv", amount_noise=3)
+    /// ... except ValueError as error:
+    /// ...     print(error)
+    /// `amount_noise` is 3, allowed is a share from 0 to 0.5
+    #[pyo3(
+        signature = (trips, *, columns=None, amount_noise=0.03, weight_noise=0.05, seed=None,
+                     threads=None, progress=None),
+        text_signature = "($self, trips, *, columns=None, amount_noise=0.03, weight_noise=0.05, seed=1, \
+                          threads=None, progress=None)"
+    )]
+    fn calibrate_totals<'py>(
+        &self,
+        py: Python<'py>,
+        trips: &Bound<'py, PyAny>,
+        columns: Option<BTreeMap<String, String>>,
+        amount_noise: f64,
+        weight_noise: f64,
+        seed: Option<&Bound<'py, PyAny>>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (noise, work) = ([amount_noise, weight_noise], (seed, threads));
+        totals(py, (trips, columns), &self.loaded, noise, work, progress)
+    }
+
     /// Costs of the study: per trip, km, tkm, truck-year and whole life, item by item. Or which of
     /// two studies costs less on the same cycles, from where on, and which numbers decide.
     ///
@@ -666,18 +718,13 @@ impl PyStudy {
         threads: Option<&Bound<'py, PyAny>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        if !(share > 0.0 && share < 1.0) {
-            let text = format!("`share` is {share}, allowed is a number above 0 and below 1");
-            return Err(PyValueError::new_err(text));
-        }
+        let share = inner_share(share, "share")?;
         let loaded = with_trips(&self.loaded, trips)?;
         let of_truck = loaded.study.nesting().trips_per_truck;
         let trucks = whole_number(trucks, "trucks", 2, LAST_CYCLE_ID / of_truck)?;
         let cycles = (trucks * of_truck).into_pyobject(py)?;
         let plan = plan_of(&cycles, seed, None, threads)?;
-        let keys = coached.into_iter().flatten();
-        let coached = keys.map(|(path, value)| setting(&path.extract::<String>()?, &value));
-        let coached = coached.collect::<PyResult<_>>()?;
+        let coached = settings(coached)?;
         let study = (loaded.model.study.name.clone(), &loaded);
         let request = TrainingRequest { study, coached, share, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::training(&request, watch))?)

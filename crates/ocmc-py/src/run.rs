@@ -12,9 +12,9 @@ use arrow_array::RecordBatch;
 use arrow_schema::SchemaRef;
 use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
-    Account, Answer, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest, MergeRequest, Precision,
-    Record, RecordFormat, Reported, RunAnswer, RunPlan, RunRequest, in_our_order, joined as whole,
-    record_batch, records, schema, summed_up,
+    Account, Answer, Asked, CpuLevel, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest,
+    MergeRequest, Precision, Record, RecordFormat, Reported, RequeueRequest, RunAnswer, RunPlan,
+    RunRequest, in_our_order, joined as whole, record_batch, records, schema, summed_up,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -100,6 +100,21 @@ pub(crate) fn run(
     })?;
     answer.warnings().iter().try_for_each(|warning| warn(py, warning))?;
     Ok(PyRun { answer, records, routes: Vec::new() })
+}
+
+/// Goes on with a run in a directory, or begins it where there is none.
+pub(crate) fn requeued(
+    py: Python,
+    directory: PathBuf,
+    asked: Asked,
+    threads: Option<usize>,
+    progress: Option<&Bound<PyAny>>,
+) -> PyResult<PyRun> {
+    let (given, level) = (&GivenDrive::nothing(), CpuLevel::best());
+    let request =
+        RequeueRequest { directory: &directory, asked, given, threads, chunk: None, level };
+    watched(py, progress, |watch| ocmc_api::requeue(&request, watch))?;
+    load(py, directory)
 }
 
 /// Read a run back from its directory.

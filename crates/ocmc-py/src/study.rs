@@ -108,6 +108,12 @@ pub(crate) fn setting(path: &str, value: &Bound<PyAny>) -> PyResult<String> {
     Ok(format!("{path}={value}"))
 }
 
+/// The settings of a dictionary of keys and values, if there is one.
+pub(crate) fn settings(values: Option<&Bound<PyDict>>) -> PyResult<Vec<String>> {
+    let keys = values.into_iter().flatten();
+    keys.map(|(path, value)| setting(&path.extract::<String>()?, &value)).collect()
+}
+
 /// The study that keeps what is not fitted.
 pub(crate) fn base_model(base: Option<&Bound<PyStudy>>) -> StudyModel {
     match base {

@@ -106,6 +106,15 @@ pub(crate) fn whole_number(
     }
 }
 
+/// A share that is neither nothing nor all.
+pub(crate) fn inner_share(share: f64, argument: &str) -> PyResult<f64> {
+    if share > 0.0 && share < 1.0 {
+        return Ok(share);
+    }
+    let text = format!("`{argument}` is {share}, allowed is a number above 0 and below 1");
+    Err(PyValueError::new_err(text))
+}
+
 /// What a word stands for.
 pub(crate) fn one_of<T: Clone>(argument: &str, word: &str, known: &[Word<T>]) -> PyResult<T> {
     let names: Vec<String> = known.iter().map(|(name, ..)| name.replace('-', "_")).collect();

@@ -91,6 +91,9 @@ pub enum Stream {
     Charger = 38,
     /// Cargo and work of the body at stops of the mission.
     MissionPart = 39,
+    /// Places of judged numbers and noises of weights and fuel in the members of a calibration's
+    /// design, keyed by member and not by cycle. Belongs to no cycle.
+    Calibration = 40,
 }
 
 /// A group of streams that is frozen, and turned off, together.
@@ -114,7 +117,7 @@ pub enum Factor {
 }
 
 /// The streams in the order of their numbers, each with its factor.
-const FACTORS: [(Stream, Option<Factor>); 40] = [
+const FACTORS: [(Stream, Option<Factor>); 41] = [
     (Stream::RoadType, Some(Factor::Road)),
     (Stream::SpeedSign, Some(Factor::Road)),
     (Stream::Curve, Some(Factor::Road)),
@@ -155,6 +158,7 @@ const FACTORS: [(Stream, Option<Factor>); 40] = [
     (Stream::Price, None),
     (Stream::Charger, Some(Factor::Road)),
     (Stream::MissionPart, Some(Factor::Mission)),
+    (Stream::Calibration, None),
 ];
 
 impl Stream {

@@ -6,10 +6,10 @@
 //! one than what was judged, it has been typed or written by a fit: it is no longer judged,
 //! and its key is left out. `judged.effects_of` names the built-in study whose stored effects hold. The tables say nothing of a trip: they are no part of the study's hash.
 
+use super::LoadedStudy;
 use super::error::{Fault, StudyFileError};
 use super::node::{Content, Node};
 use super::source::SourceKind;
-use super::{LoadedStudy, finish};
 use ocmc_core::study::tree::Step;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -82,19 +82,11 @@ impl LoadedStudy {
     /// # Errors
     /// Where the rest of the study does not go with them.
     pub fn at_end(&self, numbers: &JudgedNumbers, end: End) -> Result<Self, StudyFileError> {
-        let mut own = self.own.clone();
-        for key in &numbers.keys {
-            let value = match end {
-                End::Low => &key.low,
-                End::High => &key.high,
-            };
-            let nested = |value: Value, name: &str| {
-                Value::Object([(name.into(), value)].into_iter().collect())
-            };
-            let tree = key.path.split('.').rev().fold(value.clone(), nested);
-            own.overlay(Node::from_json(&tree)?)?;
-        }
-        finish(own, self.files.clone(), &[] as &[&str], self.origin.clone())
+        let ends = numbers.keys.iter().map(|key| match end {
+            End::Low => (key.path.clone(), key.low.clone()),
+            End::High => (key.path.clone(), key.high.clone()),
+        });
+        self.with_values(ends)
     }
 
     /// The resolved study with its ranges of judged numbers, as a dictionary that loads to both.
@@ -143,6 +135,8 @@ pub(super) const TABLE: &str = "judged";
 const EFFECTS_OF: &str = "effects_of";
 /// Table of the fits that have written into a study file.
 pub(super) const FITTED: &str = "fitted";
+/// The command whose numbers are calibrated: many together, and none of them alone.
+const CALIBRATED: &str = "calibrate totals";
 const ALLOWED: &str = "a `reason`, and for each key `[low, judged, high]`";
 
 /// Judged numbers of a study and its vehicle.
@@ -199,11 +193,17 @@ fn wrong(node: &Node, key: &str) -> Box<Fault> {
 fn standing(value: &Node, fits: Option<&Node>) -> String {
     let Some(place) = value.any_place() else { return "typed".to_owned() };
     let source = &place.source;
-    let fits = fits.into_iter().flat_map(Node::children).map(|(_, from)| from);
-    let mut by_fit = fits.filter(|from| from.any_place().is_some_and(|of| of.source == *source));
-    match (source.kind, by_fit.next().and_then(Node::as_str)) {
+    let fits = fits.into_iter().flat_map(Node::children);
+    let is_of_it = |from: &Node| from.any_place().is_some_and(|of| of.source == *source);
+    let by_fit = fits.into_iter().find(|(_, from)| is_of_it(from));
+    let words = by_fit.and_then(|(command, from)| {
+        let is_calibrated = matches!(&command, Step::Key(name) if name == CALIBRATED);
+        let how = if is_calibrated { "calibrated on" } else { "fitted from" };
+        Some(format!("{how} {}", from.as_str()?))
+    });
+    match (source.kind, words) {
         (SourceKind::Setting, _) => "typed in --set".to_owned(),
-        (_, Some(from)) => format!("fitted from {from}"),
+        (_, Some(words)) => words,
         (SourceKind::File, None) => format!("typed in {}", source.name),
         (SourceKind::BuiltIn, None) => format!("of the built-in {}", source.name),
     }

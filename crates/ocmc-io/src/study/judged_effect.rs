@@ -6,7 +6,7 @@
 //! of a study with other entries, with another vehicle, on given roads, and of one that derives from
 //! no built-in one.
 
-use super::judged::Judged;
+use super::judged::{Judged, JudgedNumbers};
 use serde::{Deserialize, Serialize};
 
 const STORED: &str = include_str!("../../../../configs/judged-effects.csv");
@@ -88,6 +88,25 @@ pub(super) fn of(judged: &Judged, study_hash: &str, on_routes: bool) -> Option<J
     let replaced = entries == 0 && judged.study.is_some();
     let stored = known(judged, study_hash).filter(|stored| stored.is_same || !on_routes);
     (!replaced).then_some(JudgedDoubt { entries, stored })
+}
+
+/// Entries, the largest stored effect first: that of the study and the vehicle that they are from,
+/// else the largest that any study has of an entry of that name. In the order of the file where
+/// nothing is stored.
+pub(super) fn sorted(judged: &Judged) -> Vec<&JudgedNumbers> {
+    let rows: Vec<Stored> = stored().collect();
+    let own = |row: &&Stored| {
+        judged.study.as_ref() == Some(&row.study) && judged.vehicle.as_ref() == Some(&row.vehicle)
+    };
+    let has_own = rows.iter().any(|row| own(&row));
+    let square = |name: &str| {
+        let of_name = rows.iter().filter(|row| row.name == name).filter(|row| !has_own || own(row));
+        of_name.map(|row| row.square).fold(0.0, f64::max)
+    };
+    let mut entries: Vec<(&JudgedNumbers, f64)> =
+        judged.numbers.iter().map(|numbers| (numbers, square(&numbers.name))).collect();
+    entries.sort_by(|a, b| b.1.total_cmp(&a.1));
+    entries.into_iter().map(|(numbers, _)| numbers).collect()
 }
 
 fn known(judged: &Judged, study_hash: &str) -> Option<StoredDoubt> {

@@ -35,6 +35,7 @@ mod fitted;
 mod init;
 mod judged;
 mod judged_effect;
+mod judged_scale;
 mod node;
 mod routes;
 mod schema;
@@ -55,6 +56,7 @@ use judged::Judged;
 pub use judged::{End, JudgedKey, JudgedNumbers, ReplacedNumber};
 pub(crate) use judged_effect::share_words;
 pub use judged_effect::{JudgedDoubt, NumbersShare, StoredDoubt};
+pub use judged_scale::MovedNumber;
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
@@ -106,6 +108,12 @@ impl LoadedStudy {
     pub fn judged_doubt(&self) -> Option<JudgedDoubt> {
         let on_routes = !self.model.mission.routes.is_empty();
         judged_effect::of(&self.judged, &study_hash(&self.model), on_routes)
+    }
+
+    /// Entries of its judged numbers, those first that do most to the mean consumption, as far as
+    /// effects are stored: by the study that it derives from, or else by any.
+    pub fn judged_by_effect(&self) -> Vec<&JudgedNumbers> {
+        judged_effect::sorted(&self.judged)
     }
 
     /// The files that it may name.

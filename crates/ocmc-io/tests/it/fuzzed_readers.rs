@@ -16,7 +16,7 @@ use ocmc_io::run_directory::{self, CHUNK_ROWS, Manifest, RunDirectory, RunSummar
 use ocmc_io::study::{self, Files};
 use ocmc_io::table::Source;
 use ocmc_io::{curve_table, drive_cycle, given_cycle, log, speed_change_table};
-use ocmc_io::{fleet_table, traffic_table, weather_table};
+use ocmc_io::{fleet_table, traffic_table, trip_totals, weather_table};
 use parquet::arrow::ArrowWriter;
 use std::fmt::Write as _;
 use std::fs;
@@ -224,7 +224,7 @@ fn tracks() -> String {
 /// A reader: its name, its seeds, and what it does with a file. It says whether it read something.
 type Reader = (&'static str, fn() -> Seeds, fn(&Path) -> bool);
 
-const READERS: [Reader; 15] = [
+const READERS: [Reader; 16] = [
     (
         "study",
         || {
@@ -418,6 +418,18 @@ const READERS: [Reader; 15] = [
             let column = "consumption_l_per_100km";
             fleet_table::read(Source::File(path), &[], column, Some("distance_km"), true).is_ok()
         },
+    ),
+    (
+        "trips and fills",
+        || {
+            let rows =
+                (0..60).map(|k| format!("t{},{},{},{}\n", k % 6, 90 + k, 30 + k % 7, 20 + k));
+            let trips = format!("truck,km,litres,gross_weight_t\n{}", rows.collect::<String>());
+            let rows = (0..60).map(|k| format!("t{},{},{},{}\n", k % 6, 900 * k, 200 + k, k % 2));
+            let fills = format!("truck,odometer_km,litres,full\n{}", rows.collect::<String>());
+            [named(&["a.csv", "a.csv.gz"], &trips), named(&["b.csv"], &fills)].concat()
+        },
+        |path| trip_totals::read(Source::File(path), &[]).is_ok(),
     ),
     (
         "curves",

@@ -5,13 +5,14 @@ use super::schema::{Field, Schema, Style};
 use super::unit::KMH;
 
 /// The formats.
-pub const SCHEMAS: [&Schema; 14] = [
+pub const SCHEMAS: [&Schema; 15] = [
     &LOG,
     &CURVES,
     &SPEED_CHANGES,
     &WEATHER,
     &TRAFFIC,
     &FLEET,
+    &TRIP_TOTALS,
     &ROUTE,
     &STOP_PLAN,
     &VECTO_CYCLE,
@@ -161,6 +162,39 @@ pub const FLEET: Schema = Schema {
             &[("", &["departure", "date", "start", "start_time", "departure_time"])],
         ),
         Field::of(Q::Outcome),
+    ],
+};
+
+/// Trips of a fleet, or fills of its tanks, a row each. Distance or odometer, and an amount of fuel or
+/// energy are needed.
+pub const TRIP_TOTALS: Schema = Schema {
+    what: "a table of trips",
+    style: Style::Measurements,
+    fields: &[
+        Field::named(
+            Q::Distance,
+            &[("km", &["distance_km", "km", "kilometres", "kilometers"]), ("m", &["distance_m"])],
+        )
+        .within(0.0, 1e8, "a distance from 0 to 100,000 km, or nothing"),
+        Field::named(
+            Q::FuelAmount,
+            &[("l", &["fuel_l", "litres", "liters", "fuel_used_l"]), ("kg", &["fuel_kg"])],
+        )
+        .within(0.0, 1e5, "an amount of fuel from 0 on, or nothing"),
+        Field::of(Q::EnergyAmount),
+        Field::named(Q::GrossWeight, &[("kg", &["gross_weight_kg", "gross_kg", "gcw_kg"])]),
+        Field::of(Q::Payload),
+        Field::named(Q::DrivingTime, &[("h", &["driving_h", "driving_hours"])]),
+        Field::named(Q::Duration, &[("h", &["duration_h", "hours"])]),
+        Field::of(Q::Climb),
+        Field::named(Q::Odometer, &[("km", &["odometer_km"])]),
+        Field::of(Q::FullTank),
+        Field::named(Q::Truck, &[("", &["truck_id", "truck", "vehicle_id", "vehicle"])]),
+        Field::named(Q::Driver, &[("", &["driver_id", "driver"])]),
+        Field::named(
+            Q::Date,
+            &[("", &["departure", "date", "start", "start_time", "departure_time"])],
+        ),
     ],
 };
 

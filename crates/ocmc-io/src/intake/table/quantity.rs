@@ -86,6 +86,14 @@ pub enum Quantity {
     Unloaded,
     Arrival,
     AmbientTemperature,
+    Distance,
+    FuelAmount,
+    EnergyAmount,
+    DrivingTime,
+    Duration,
+    Climb,
+    Odometer,
+    FullTank,
 }
 
 /// An entry of the vocabulary.
@@ -125,7 +133,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 76] = [
+pub const VOCABULARY: [Entry; 84] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -241,6 +249,19 @@ pub const VOCABULARY: [Entry; 76] = [
         "time of the day at a place, such as `06:30`, or a date with a time"),
     entry(Q::AmbientTemperature, &["ambient_temperature", "outside_temperature"],
         unit::TEMPERATURE, "ambient temperature", "of the air around a vehicle").usual(213.0, 333.0),
+    entry(Q::Distance, &["distance"], unit::LENGTH, "distance", "of a trip"),
+    entry(Q::FuelAmount, &["fuel_amount", "litres", "liters"], unit::FUEL, "amount of fuel",
+        "of a trip, or put into the tank; a name without a unit means litres"),
+    entry(Q::EnergyAmount, &["energy"], unit::ENERGY, "electric energy",
+        "of a trip, that left the battery"),
+    entry(Q::DrivingTime, &["driving_time", "driving"], unit::TIME, "driving time",
+        "of a trip, as a tachograph counts it: without breaks"),
+    entry(Q::Duration, &["duration"], unit::TIME, "duration",
+        "of a trip, from its start to its end, breaks included"),
+    entry(Q::Climb, &["climb", "ascent"], unit::LENGTH, "climb", "sum of the climbs of a trip"),
+    entry(Q::Odometer, &["odometer"], unit::LENGTH, "odometer", "where fuel was filled in"),
+    entry(Q::FullTank, &["full", "full_tank"], unit::TEXT, "full tank",
+        "`yes`, `true`, `full` or 1 where a fill filled the tank; anything else: in part"),
 ];
 
 impl Quantity {

@@ -140,6 +140,12 @@ pub const FUEL: &[Unit] = &[
     Unit::new("l", &["L", "litre", "litres", "liter", "liters"], DIESEL_KG_PER_L),
     Unit::new("ml", &["mL"], 1e-3 * DIESEL_KG_PER_L),
 ];
+/// Amounts of energy.
+pub const ENERGY: &[Unit] = &[
+    Unit::new("kwh", &["kWh"], 3.6e6),
+    Unit::new("mj", &["MJ"], 1e6),
+    Unit::new("j", &["J"], 1.0),
+];
 /// Temperatures.
 pub const TEMPERATURE: &[Unit] = &[
     Unit::new("k", &["K"], 1.0),

@@ -1,0 +1,433 @@
+//! A study calibrated to the totals of a fleet's trips.
+
+mod design;
+mod further;
+mod judge;
+mod question;
+mod rows;
+mod shape;
+mod text;
+mod written;
+
+use crate::answer::Answer;
+use crate::error::Error;
+use crate::source::{Mapping, Source};
+use crate::watch::{Watch, watched};
+use design::{ASKED, Design, Driven, MEMBERS, TRIPS};
+use further::{Further, further};
+use judge::{Judged, judge};
+use ocmc_core::record::{self, Record};
+use ocmc_estimation::calibration::totals::{
+    Emulator, Known, Member, MemberEmulator, Posterior, Response, Shared, TotalsRow, posterior,
+};
+use ocmc_estimation::fit::fleet::{FleetOptions, FleetTable, fit};
+use ocmc_fleet::quantity::{LITRES, NamedQuantity, shared_consumption};
+use ocmc_fleet::run::{RunPlan, records};
+use ocmc_io::intake::FileAccount;
+use ocmc_io::label::label;
+use ocmc_io::number_text::count_of;
+use ocmc_io::study::{FittedPart, LoadedStudy};
+use ocmc_io::trip_totals::{self, Amount, TripTotal, TripTotals};
+use rows::Rows;
+use serde::Serialize;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::ops::ControlFlow;
+use std::time::Instant;
+use written::{Written, kept};
+
+pub use question::Question;
+pub use rows::Noise;
+pub use shape::Shape;
+pub use written::CalibratedNumbers;
+
+/// Fewest rows that tell anything.
+pub const FEWEST_ROWS: usize = 5;
+/// Most rows that count: beyond them the model's own error is the larger one.
+const MOST_ROWS: f64 = 150.0;
+/// Trips of the calibrated study: whole batches of the cycles that are spread evenly.
+const CHECKED: u64 = 3200;
+/// Trips of the study before, which say its level.
+const LEVELLED: u64 = 800;
+/// Cycle from which on they are drawn: none of the design's.
+const CHECKED_FIRST: u64 = MEMBERS * TRIPS;
+/// Trips that say what the carrier is.
+const TASTED: u64 = 16;
+/// Standard normal deviate of a 90 % interval.
+const NORMAL_95: f64 = 1.644_853_626_951_472_2;
+
+/// A table, the study that it is to calibrate, and how.
+#[derive(Clone, Debug)]
+pub struct CalibrateTotalsRequest<'a> {
+    /// One row a trip, or a fill.
+    pub trips: Source,
+    /// Which column is what.
+    pub mappings: Vec<Mapping>,
+    /// The study.
+    pub study: &'a LoadedStudy,
+    /// Noise of the table's numbers.
+    pub noise: Noise,
+    /// Master seed.
+    pub seed: u64,
+    /// Threads; one for each processor where there is none.
+    pub threads: Option<usize>,
+}
+
+/// What a change would do.
+#[derive(Clone, Debug, Serialize)]
+pub struct Questioned {
+    /// The change.
+    pub question: Question,
+    /// Change of the mean consumption, as a share.
+    pub change: f64,
+    /// Its 90 % interval.
+    pub ci90: [f64; 2],
+    /// Its 90 % interval by the judged numbers alone, without the table.
+    pub judged_ci90: [f64; 2],
+}
+
+/// What the totals of a fleet's trips tell.
+#[derive(Clone, Debug, Serialize)]
+pub struct CalibrateTotalsAnswer {
+    /// Rows that count.
+    pub rows: usize,
+    /// Rows that were left out: without a distance or an amount, or without what the others have.
+    pub left_out: usize,
+    /// Trucks; none where the table does not name them.
+    pub trucks: Option<usize>,
+    /// Drivers.
+    pub drivers: Option<usize>,
+    /// Rows that count as independent of each other.
+    pub effective_rows: f64,
+    /// Whether rows are ways between fills.
+    pub of_fills: bool,
+    /// Name of the consumption.
+    pub column: String,
+    /// What was known of the rows.
+    pub known: Vec<&'static str>,
+    /// Consumption of the table.
+    pub table: Shape,
+    /// Consumption of the calibrated study.
+    pub simulated: Shape,
+    /// Quantiles of both, weighed by their errors.
+    pub together: Shape,
+    /// Mean consumption of the study, uncalibrated, with the table's loads and lengths.
+    pub before: f64,
+    /// Factor on the fuel map that makes the means the same; none where the powertrain has none.
+    pub factor: Option<f64>,
+    /// The judged numbers that the design moved, those first that the table moved most.
+    pub numbers: Vec<CalibratedNumbers>,
+    /// What changes would do.
+    pub questions: Vec<Questioned>,
+    /// What further columns would tell.
+    pub further: Vec<Further>,
+    /// The part of a study that follows.
+    pub study: Value,
+    /// Where it is from, in words.
+    pub standing: String,
+    /// What was read.
+    pub inputs: Vec<FileAccount>,
+    /// Cycles that were driven.
+    pub driven: u64,
+    /// How long it took, in s.
+    pub wall_s: f64,
+    #[serde(skip)]
+    warnings: Vec<String>,
+}
+
+/// Calibrates a study to the totals of a fleet's trips.
+///
+/// ```no_run
+/// use ocmc_api::{CalibrateTotalsRequest, Noise, Source, calibrate_totals, go_on, study};
+/// let study = &study::load("field-truck", &[] as &[&str])?;
+/// let request = CalibrateTotalsRequest {
+///     trips: Source::File("trips.csv".into()),
+///     mappings: Vec::new(),
+///     study,
+///     noise: Noise { amount: 0.03, weight: 0.05 },
+///     seed: 1,
+///     threads: None,
+/// };
+/// let answer = calibrate_totals(&request, &mut go_on)?;
+/// assert!(answer.questions[0].change < 0.0);
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Table`] where the table cannot be read, [`Error::FewTotals`], [`Error::OtherCarrier`],
+/// [`Error::NothingJudged`] and [`Error::Interrupted`].
+pub fn calibrate_totals(
+    request: &CalibrateTotalsRequest,
+    watch: &mut Watch,
+) -> Result<CalibrateTotalsAnswer, Error> {
+    let clock = Instant::now();
+    let CalibrateTotalsRequest { trips, mappings, study, noise, seed, threads } = request;
+    noise.check()?;
+    let (table, mut account) = trip_totals::read(trips.lent(), mappings)?;
+    let threads = RunPlan::new(*seed, 0, CHECKED, *threads, None).threads;
+    let taste = RunPlan::new(*seed, 0, TASTED, Some(threads), None);
+    let tasted = watched(TASTED, watch, |look| records(&study.study, &taste, look))?;
+    let quantity: &NamedQuantity = shared_consumption(&[&tasted]);
+    let per_distance = per_distance(trips, &table, quantity, &tasted)?;
+    let model = &study.model;
+    let trip_m = tasted.iter().map(|record| record.distance_m).sum::<f64>() / TASTED as f64;
+    let curb_kg = model.vehicle.curb_mass_kg;
+    let rows = Rows::new(&table, noise, curb_kg, trip_m, per_distance);
+    if rows.totals.len() < FEWEST_ROWS {
+        let (path, rows) = (trips.path().to_owned(), rows.totals.len());
+        return Err(Error::FewTotals { path, rows, fewest: FEWEST_ROWS });
+    }
+    let design = Design::new(study, &rows, *seed, threads)?;
+    let questions = Question::ALL;
+    let total = MEMBERS * (TRIPS + ASKED * questions.len() as u64) + CHECKED + LEVELLED;
+    let driven = watched(total, watch, |look| {
+        let mut done = 0;
+        let mut members: Vec<Driven> = Vec::new();
+        for member in 0..MEMBERS {
+            let look = &mut |n| look(done + n);
+            match design.drive(member, quantity, &questions, noise, look) {
+                Ok(driven) => members.push(driven?),
+                Err(error) => return ControlFlow::Continue(Err(error)),
+            }
+            done += TRIPS + ASKED * questions.len() as u64;
+        }
+        let found = Found::of(&design, &members, &questions);
+        let judged = design.at(&vec![0.0; design.entries.len()]);
+        let studies = design.nearest(&kept(&found.posterior)).and_then(|near| Ok((near, judged?)));
+        let (calibrated, judged) = match studies {
+            Ok(studies) => studies,
+            Err(error) => return ControlFlow::Continue(Err(error)),
+        };
+        let plan = design.plan(CHECKED_FIRST, CHECKED);
+        let after = records(&calibrated.1.study, &plan, |n| look(done + n))?;
+        let plan = design.plan(CHECKED_FIRST, LEVELLED);
+        let before = records(&judged.study, &plan, |n| look(done + CHECKED + n))?;
+        ControlFlow::Continue(Ok((members, found, calibrated, after, before)))
+    })?;
+    let (members, found, (scores, calibrated), after, before) = driven?;
+    let table_shape = Shape::of_rows(&rows);
+    let (shape, after_sorted) = Shape::of(quantity, &after);
+    let has_factor = model.to_tree().pointer(written::FACTOR_POINTER).is_some();
+    let factor = has_factor.then_some(table_shape.mean / shape.mean);
+    let simulated = shape.times(factor.unwrap_or(1.0));
+    let before = Shape::of(quantity, &before).0.mean;
+    let written = Written { design: &design, posterior: &found.posterior, scores: &scores };
+    let part: FittedPart = written.part(study, &calibrated, factor.unwrap_or(1.0));
+    let judged = Judged {
+        table: &table,
+        rows: &rows,
+        posterior: &found.posterior,
+        curb_kg,
+        level: [table_shape.mean, before],
+        speed: speed_above(&members, &rows),
+        unit: label(quantity.column).0,
+    };
+    account.findings.extend(judge(&judged));
+    let further = further(&found, &members, &rows);
+    let (trucks, drivers) = counted(&rows);
+    let warnings = account.warnings().into_iter().chain(part.warnings()).collect();
+    Ok(CalibrateTotalsAnswer {
+        rows: rows.totals.len(),
+        left_out: table.left_out + rows.incomplete,
+        trucks,
+        drivers,
+        effective_rows: found.effective_rows,
+        of_fills: table.of_fills,
+        column: quantity.column.to_owned(),
+        known: found.known_words(),
+        table: table_shape,
+        simulated,
+        together: table_shape.together(&simulated, &after_sorted, rows.totals.len()),
+        before,
+        factor,
+        numbers: written.numbers(study, factor.unwrap_or(1.0)),
+        questions: found.questioned(),
+        further,
+        study: part.json(),
+        standing: standing(&rows, trucks, table.of_fills, trips),
+        inputs: vec![account],
+        driven: total + TASTED,
+        wall_s: clock.elapsed().as_secs_f64(),
+        warnings,
+    })
+}
+
+/// Consumption, in the unit of the quantity, of an amount over a metre.
+fn per_distance(
+    trips: &Source,
+    table: &TripTotals,
+    quantity: &NamedQuantity,
+    tasted: &[Record],
+) -> Result<impl Fn(Amount, f64) -> f64 + use<>, Error> {
+    let electric = label(quantity.column).0.starts_with("kWh");
+    if electric != (table.amount == Amount::KilowattHours)
+        || (table.amount == Amount::Litres && quantity.column != LITRES)
+    {
+        let (path, column) = (trips.path().to_owned(), quantity.column.to_owned());
+        return Err(Error::OtherCarrier { path, column });
+    }
+    // litres of the study's fuel for each kilogram
+    let of_kg = tasted.iter().find_map(|record| {
+        let kg = record::column("fuel_kg")?.get(record).number()?;
+        Some(quantity.of_cycle(record)? * record.distance_m / kg / 1e5)
+    });
+    let litres_per_kg = if quantity.column == LITRES { of_kg.unwrap_or(1.0) } else { 1.0 };
+    Ok(move |amount, per_m| match amount {
+        Amount::Litres => 1e5 * per_m,
+        Amount::Kilograms => 1e5 * litres_per_kg * per_m,
+        Amount::KilowattHours => 1e3 * per_m,
+    })
+}
+
+/// What the rows were found to tell.
+struct Found {
+    known: Known,
+    emulator: Emulator,
+    posterior: Posterior,
+    shared: Shared,
+    effective_rows: f64,
+    questions: Vec<(Question, MemberEmulator)>,
+}
+
+impl Found {
+    fn of(design: &Design, driven: &[Driven], questions: &[Question]) -> Self {
+        let rows = design.rows;
+        let members: Vec<Member> = driven.iter().map(|driven| driven.member.clone()).collect();
+        let known = Known { gross: rows.has_gross(), responses: rows.responses.clone() };
+        let emulator = Emulator::fit(&members, &known).expect("members have trips");
+        let count = design.entries.len();
+        let n = rows.totals.len() as f64;
+        let shared = |rows: f64| Shared {
+            discrepancies: emulator.discrepancies(),
+            weight: (rows.min(MOST_ROWS) / n).min(1.0),
+        };
+        let first = posterior(&emulator, &rows.totals, &shared(n), count);
+        let effective_rows = effective_rows(rows, &first);
+        let shared = shared(effective_rows);
+        let posterior = posterior(&emulator, &rows.totals, &shared, count);
+        let scores = |place: usize| {
+            let has = driven.iter().filter(move |driven| driven.changes[place].is_some());
+            has.map(move |driven| (driven.member.scores.clone(), driven.changes[place]))
+        };
+        let questions = questions.iter().enumerate().filter_map(|(place, question)| {
+            let (scores, changes): (Vec<_>, Vec<_>) = scores(place).unzip();
+            let changes: Vec<f64> = changes.into_iter().flatten().collect();
+            (changes.len() > count).then(|| (*question, MemberEmulator::fit(&scores, &changes)))
+        });
+        let questions = questions.collect();
+        Self { known, emulator, posterior, shared, effective_rows, questions }
+    }
+
+    fn questioned(&self) -> Vec<Questioned> {
+        let one = |(question, emulator): &(Question, MemberEmulator)| {
+            let (change, slopes) = emulator.at(&self.posterior.scores);
+            let interval = |centre: f64, sd: f64| {
+                let half = NORMAL_95 * libm::sqrt(sd * sd + emulator.lack_of_fit());
+                [centre - half, centre + half]
+            };
+            let (judged, _) = emulator.at(&vec![0.0; self.posterior.scores.len()]);
+            Questioned {
+                question: *question,
+                change,
+                ci90: interval(change, self.posterior.sd(&slopes)),
+                judged_ci90: interval(judged, slopes.norm()),
+            }
+        };
+        self.questions.iter().map(one).collect()
+    }
+
+    fn known_words(&self) -> Vec<&'static str> {
+        let gross = self.known.gross.then_some("gross weight");
+        let of = |response: &Response| match response {
+            Response::Climb => "climb",
+            Response::Speed => "driving time",
+            Response::Consumption => "consumption",
+        };
+        gross.into_iter().chain(self.known.responses.iter().map(of)).collect()
+    }
+}
+
+/// How far the rows' mean of ln speed lies above that of the simulated fleets, in SDs of them.
+fn speed_above(driven: &[Driven], rows: &Rows) -> Option<f64> {
+    rows.responses.contains(&Response::Speed).then_some(())?;
+    let place = Response::Speed as usize;
+    let mean = |rows: &[TotalsRow]| {
+        rows.iter().map(|row| row.responses[place]).sum::<f64>() / rows.len() as f64
+    };
+    let fleets: Vec<f64> = driven.iter().map(|driven| mean(&driven.member.trips)).collect();
+    let n = fleets.len() as f64;
+    let centre = fleets.iter().sum::<f64>() / n;
+    let square = fleets.iter().map(|x| (x - centre) * (x - centre)).sum::<f64>() / n;
+    // the design is wider than the prior
+    let prior_sd = libm::sqrt(square) / design::SPREAD;
+    Some((mean(&rows.totals) - centre) / prior_sd)
+}
+
+/// Rows that count as independent: from what trucks and drivers differ by beyond what explains a
+/// trip.
+fn effective_rows(rows: &Rows, first: &Posterior) -> f64 {
+    let n = rows.totals.len() as f64;
+    let place = rows.responses.iter().position(|response| *response == Response::Consumption);
+    let Some(place) = place else { return n };
+    let names = |of: fn(&TripTotal) -> &String| {
+        rows.of_table.iter().map(|row| of(row).clone()).collect::<Vec<String>>()
+    };
+    let driver = names(|row| &row.driver);
+    let table = FleetTable {
+        truck: names(|row| &row.truck),
+        driver: driver.iter().any(|name| !name.is_empty()).then_some(driver),
+        value: first.residuals.iter().map(|row| row[place]).collect(),
+        ..FleetTable::default()
+    };
+    let options = FleetOptions { draws: 1, ..FleetOptions::default() };
+    let Ok(found) = fit(&table, &options) else { return n };
+    let variance: f64 = found.components.iter().map(|c| c.sd * c.sd).sum();
+    let error = found.mean_standard_error;
+    (variance / (error * error)).clamp(1.0, n)
+}
+
+/// Trucks and drivers of the rows.
+fn counted(rows: &Rows) -> (Option<usize>, Option<usize>) {
+    let count = |names: BTreeSet<&str>| {
+        let count = names.iter().filter(|name| !name.is_empty()).count();
+        (count > 0).then_some(count)
+    };
+    (
+        count(rows.of_table.iter().map(|row| row.truck.as_str()).collect()),
+        count(rows.of_table.iter().map(|row| row.driver.as_str()).collect()),
+    )
+}
+
+/// Where the numbers are from: `60 trips of 12 trucks in trips.csv`.
+fn standing(rows: &Rows, trucks: Option<usize>, of_fills: bool, trips: &Source) -> String {
+    let what = if of_fills { "full tank" } else { "trip" };
+    let count = count_of(rows.totals.len() as u64, what);
+    let of_trucks =
+        trucks.map_or(String::new(), |trucks| format!(" of {}", count_of(trucks as u64, "truck")));
+    format!("{count}{of_trucks} in `{}`", trips.path().display())
+}
+
+impl Noise {
+    fn check(&self) -> Result<(), Error> {
+        for (name, value) in [("amount_noise", self.amount), ("weight_noise", self.weight)] {
+            if !(0.0..=0.5).contains(&value) {
+                return Err(Error::NoiseShare { name, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Answer for CalibrateTotalsAnswer {
+    fn text(&self) -> String {
+        text::totals_text(self)
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        FileAccount::told_of(&self.inputs)
+    }
+}
