@@ -151,6 +151,18 @@ pub enum Error {
         /// Fewest that are allowed.
         fewest: usize,
     },
+    /// A folder in which nothing tells anything of a study.
+    #[error(
+        "`{}`: nothing in it can be learnt from: {reason}; allowed are tables of trips (distance and \
+         fuel or energy), logs and tracks, tables of weather, traffic, curves and speed changes",
+        folder.display()
+    )]
+    NothingToLearn {
+        /// The folder.
+        folder: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// A table of totals of another carrier than the study's.
     #[error(
         "`{}`: its amounts are of another carrier than the study's, whose consumption is {column}: \

@@ -31,6 +31,7 @@ mod drive;
 mod error;
 mod fit;
 mod identify;
+mod learn;
 mod merge;
 mod precision;
 mod progress;
@@ -58,8 +59,8 @@ pub use answer::Answer;
 pub use birds_eye::{BirdsEyeAnswer, BirdsEyeRequest, birds_eye};
 pub use bound::{BoundAnswer, BoundRequest, CycleBound, PotentialShare, bound};
 pub use calibrate_totals::{
-    CalibrateTotalsAnswer, CalibrateTotalsRequest, CalibratedNumbers, FEWEST_ROWS, Noise, Question,
-    Questioned, Shape, calibrate_totals,
+    CalibrateTotalsAnswer, CalibrateTotalsRequest, CalibratedNumbers, FEWEST_ROWS, HeldBackTrip,
+    Noise, Question, Questioned, Shape, calibrate_totals,
 };
 pub use compare::{CompareAnswer, CompareRequest, ComparedStudies, compare};
 pub use cost::{CostAnswer, CostRequest, Costed, CostedStudy, cost};
@@ -86,6 +87,7 @@ pub use identify::{
     ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, Unknown, Unknowns,
     identify,
 };
+pub use learn::{Doubted, HeldBack, LearnAnswer, LearnRequest, LearntFile, LearntPart, learn};
 pub use merge::{MergeRequest, merge};
 pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};

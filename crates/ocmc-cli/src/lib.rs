@@ -11,6 +11,7 @@ mod failure;
 mod failure_report;
 mod fit;
 mod interrupt;
+mod learn;
 mod log;
 mod output;
 mod progress;
@@ -37,6 +38,7 @@ use cost::CostArguments;
 use cycle::CycleArguments;
 use failure::Failure;
 use fit::FitCommand;
+use learn::LearnArguments;
 use log::{CurvesArguments, IdentifyArguments};
 use ocmc_api::Error;
 use ocmc_api::shell_word::shell_word;
@@ -131,6 +133,9 @@ enum Command {
     /// Finds the laws with which a study gives measured tables back
     #[command(subcommand)]
     Calibrate(CalibrateCommand),
+    /// Learns a study from the files of a fleet: fits what can be fitted, calibrates the rest to the
+    /// totals of its trips, and checks it on trips that were held back
+    Learn(LearnArguments),
     /// Finds the curves that were driven, from logs of speed and yaw rate
     Curves(CurvesArguments),
     /// Identifies the pedal gains of drivers, from logs of speed, pedals and slope
@@ -168,6 +173,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Trace(arguments)) => cycle::trace(arguments),
         Some(Command::Fit(command)) => fit::fit(command),
         Some(Command::Calibrate(command)) => calibrate::calibrate(command),
+        Some(Command::Learn(arguments)) => learn::learn(arguments),
         Some(Command::Curves(arguments)) => log::curves(arguments),
         Some(Command::Identify(arguments)) => log::identify(arguments),
         Some(Command::Road(arguments)) => road::road(arguments),

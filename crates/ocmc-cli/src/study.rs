@@ -170,7 +170,12 @@ pub(crate) fn write_fitted(
 ) -> Result<(), Failure> {
     let name = path.file_stem().map_or(standard.into(), |stem| stem.to_string_lossy());
     let (text, _) = study::fitted_study(base, &name, by, fitted)?;
-    write_new(path, &text)?;
+    written_study(path, &text)
+}
+
+/// Writes the text of a study, and says how to run it.
+pub(crate) fn written_study(path: &Path, text: &str) -> Result<(), Failure> {
+    write_new(path, text)?;
     let (shown, word) = (path.display(), shell_word(path));
     output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));
     Ok(())

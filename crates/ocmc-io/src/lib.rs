@@ -4,6 +4,7 @@ pub mod anchor;
 pub mod charging_table;
 pub mod curve_table;
 pub mod drive_cycle;
+pub mod export;
 pub mod file_error;
 pub mod fleet_table;
 pub mod given_cycle;

@@ -1,6 +1,7 @@
 //! A study calibrated to the totals of a fleet's trips.
 
 mod design;
+mod expectation;
 mod further;
 mod judge;
 mod question;
@@ -36,6 +37,8 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use written::{Written, kept};
 
+use expectation::Expectation;
+pub use expectation::HeldBackTrip;
 pub use question::Question;
 pub use rows::Noise;
 pub use shape::Shape;
@@ -160,10 +163,21 @@ pub fn calibrate_totals(
     request: &CalibrateTotalsRequest,
     watch: &mut Watch,
 ) -> Result<CalibrateTotalsAnswer, Error> {
+    let read = trip_totals::read(request.trips.lent(), &request.mappings)?;
+    calibrated(request, read, &[], watch).map(|(answer, _)| answer)
+}
+
+/// As [`calibrate_totals`], of a table that was read, and rows that are held back beside what the
+/// calibrated study says of such trips.
+pub(crate) fn calibrated(
+    request: &CalibrateTotalsRequest,
+    (table, mut account): (TripTotals, FileAccount),
+    held_back: &[TripTotal],
+    watch: &mut Watch,
+) -> Result<(CalibrateTotalsAnswer, Vec<HeldBackTrip>), Error> {
     let clock = Instant::now();
-    let CalibrateTotalsRequest { trips, mappings, study, noise, seed, threads } = request;
+    let CalibrateTotalsRequest { trips, study, noise, seed, threads, .. } = request;
     noise.check()?;
-    let (table, mut account) = trip_totals::read(trips.lent(), mappings)?;
     let threads = RunPlan::new(*seed, 0, CHECKED, *threads, None).threads;
     let taste = RunPlan::new(*seed, 0, TASTED, Some(threads), None);
     let tasted = watched(TASTED, watch, |look| records(&study.study, &taste, look))?;
@@ -172,7 +186,7 @@ pub fn calibrate_totals(
     let model = &study.model;
     let trip_m = tasted.iter().map(|record| record.distance_m).sum::<f64>() / TASTED as f64;
     let curb_kg = model.vehicle.curb_mass_kg;
-    let rows = Rows::new(&table, noise, curb_kg, trip_m, per_distance);
+    let rows = Rows::new(&table, noise, curb_kg, trip_m, &per_distance);
     if rows.totals.len() < FEWEST_ROWS {
         let (path, rows) = (trips.path().to_owned(), rows.totals.len());
         return Err(Error::FewTotals { path, rows, fewest: FEWEST_ROWS });
@@ -226,7 +240,8 @@ pub fn calibrate_totals(
     let further = further(&found, &members, &rows);
     let (trucks, drivers) = counted(&rows);
     let warnings = account.warnings().into_iter().chain(part.warnings()).collect();
-    Ok(CalibrateTotalsAnswer {
+    let expectation = Expectation::new(&rows, &after, quantity, (noise, *seed), factor, curb_kg);
+    let answer = CalibrateTotalsAnswer {
         rows: rows.totals.len(),
         left_out: table.left_out + rows.incomplete,
         trucks,
@@ -249,7 +264,10 @@ pub fn calibrate_totals(
         driven: total + TASTED,
         wall_s: clock.elapsed().as_secs_f64(),
         warnings,
-    })
+    };
+    let held_back = TripTotals { rows: held_back.to_vec(), ..table };
+    let held_back = Rows::new(&held_back, noise, curb_kg, trip_m, &per_distance);
+    Ok((answer, expectation.of(&held_back)))
 }
 
 /// Consumption, in the unit of the quantity, of an amount over a metre.

@@ -66,7 +66,7 @@ impl Shape {
 }
 
 /// A quantile of values in order, linear between them.
-fn quantile(values: &[f64], p: f64) -> f64 {
+pub(super) fn quantile(values: &[f64], p: f64) -> f64 {
     let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
     let place = p * last as f64;
     let below = libm::floor(place);

@@ -330,9 +330,22 @@ pub fn fit_operating_cycle(
         return Err(Error::Drive { place: place.clone(), fault: fault.clone() });
     }
     found.told().iter().for_each(|told| warn(told));
-    let coverage = found.coverage(*radius_range_m);
-    let fit = fit_with_coverage(&found.roads, &coverage, base)
-        .map_err(|error| no_fit(source(roads), error))?;
+    let (fit, part) = roads_part(&found, *radius_range_m, base, source(roads))?;
+    let (text, warnings) = (text::roads(&fit), fit.warnings.clone());
+    // what is odd in them was said while they were read
+    Ok(FitAnswer { inputs: found.inputs, ..FitAnswer::new(fit, &text, warnings, &part) })
+}
+
+/// Fits the road model to roads that were found; `path` is what errors call them.
+pub(crate) fn roads_part(
+    found: &FoundRoads,
+    radius_range_m: Option<[f64; 2]>,
+    base: &StudyModel,
+    path: &Path,
+) -> Result<(RoadFit, FittedPart), Error> {
+    let coverage = found.coverage(radius_range_m);
+    let fit =
+        fit_with_coverage(&found.roads, &coverage, base).map_err(|error| no_fit(path, error))?;
     let mut errors: Vec<Estimate> = Vec::new();
     for road_type in &fit.types {
         let below = format!("road.types.{}", road_type.road_type);
@@ -340,9 +353,7 @@ pub fn fit_operating_cycle(
     }
     errors.extend(estimates("road", &fit.junction_turn).chain(estimates("mission", &fit.mission)));
     let part = FittedPart::new(base, &[], &fit.study()).with_errors(base, "road", errors);
-    let (text, warnings) = (text::roads(&fit), fit.warnings.clone());
-    // what is odd in them was said while they were read
-    Ok(FitAnswer { inputs: found.inputs, ..FitAnswer::new(fit, &text, warnings, &part) })
+    Ok((fit, part))
 }
 
 /// A road that was read.

@@ -50,6 +50,8 @@ pub type Need = &'static [Quantity];
 pub struct LoggedTrip {
     /// The driver, or the truck: the label, or the name of the file.
     pub driver: String,
+    /// The truck, where there is a label.
+    pub truck: Option<String>,
     /// The drive: the label, or the name of the file.
     pub drive: String,
     /// The event, where there is a label.
@@ -413,10 +415,11 @@ impl Trips {
         let place = *self.known.entry(labels).or_insert_with_key(|labels| {
             let [truck, driver, drive, event] =
                 labels.each_ref().map(|text| (!text.is_empty()).then(|| text.clone()));
-            let truck = truck.unwrap_or_else(|| self.name.clone());
+            let name = || truck.clone().unwrap_or_else(|| self.name.clone());
             self.found.push(LoggedTrip {
-                driver: driver.unwrap_or_else(|| truck.clone()),
-                drive: drive.unwrap_or(truck),
+                driver: driver.unwrap_or_else(name),
+                drive: drive.unwrap_or_else(name),
+                truck,
                 event,
                 columns: BTreeMap::new(),
                 words: BTreeMap::new(),

@@ -5,9 +5,11 @@ use super::noise::noise_of_turning;
 use super::{LogFile, LoggedTrip, Need, counted, read_in_parts, row_notes};
 use crate::intake::FileAccount;
 use crate::intake::table::formats::LOG;
+use crate::intake::table::given::RowPlace;
 use crate::intake::table::source::is_track;
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::number_text::{count_of, rounded};
+use crate::trip_totals::{Amount, TripTotal, of_drive};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::KINDS;
@@ -106,6 +108,42 @@ impl FoundRoads {
         };
         found.add(rest, options, steering);
         Ok(found)
+    }
+
+    /// The roads of a log in two heaps, and the totals of its drives: those of drives for which
+    /// `is_held_back` says so are the second one.
+    ///
+    /// # Errors
+    /// As [`super::read`].
+    pub fn of_log_apart(
+        source: Source,
+        mappings: &[Mapping],
+        options: &RoadOptions,
+        is_held_back: &dyn Fn(&LoggedTrip) -> bool,
+    ) -> Result<([Self; 2], Vec<(Amount, TripTotal)>), TableError> {
+        let mut heaps = [Self::default(), Self::default()];
+        let mut totals = Vec::new();
+        let add = |mut part: LogFile, heaps: &mut [Self; 2], totals: &mut Vec<_>| {
+            let drives = std::mem::take(&mut part.drives);
+            for (k, drive) in drives.iter().enumerate() {
+                let place = RowPlace::Row(k as u64 + 1);
+                totals.extend(of_drive(drive, place, options.mission_stop_s));
+            }
+            let (held_back, others) = drives.into_iter().partition(is_held_back);
+            let read = std::mem::take(&mut part.read);
+            heaps[1].add(LogFile { drives: held_back, ..part.clone() }, options, None);
+            heaps[0].add(LogFile { drives: others, read, ..part }, options, None);
+        };
+        let mut parts = |part| add(part, &mut heaps, &mut totals);
+        let rest = match read_in_parts(source, mappings, &NEEDS, PART_ROWS, &mut parts) {
+            Err(error) if error.is_mixed() => {
+                (heaps, totals) = Default::default();
+                super::read(source, mappings, &NEEDS)?
+            }
+            rest => rest?,
+        };
+        add(rest, &mut heaps, &mut totals);
+        Ok((heaps, totals))
     }
 
     /// Finds the roads of a log's drives.

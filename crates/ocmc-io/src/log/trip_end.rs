@@ -147,6 +147,7 @@ fn part(drive: &LoggedTrip, rows: Range<usize>, name: String) -> LoggedTrip {
     LoggedTrip {
         drive: name,
         driver: drive.driver.clone(),
+        truck: drive.truck.clone(),
         event: drive.event.clone(),
         columns: columns.collect(),
         words: words.collect(),

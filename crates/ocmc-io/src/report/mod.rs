@@ -8,6 +8,7 @@ mod comparison;
 mod doubt;
 mod energy;
 mod gathered;
+mod learn;
 mod opening;
 mod panel;
 mod parts;
@@ -28,6 +29,7 @@ use crate::run_directory::{Manifest, RunDirectoryError, RunSummary, StoredRun, r
 pub use comparison::{ComparisonPage, PairPicture, comparison_html};
 pub use doubt::{DoubtBar, DoubtPage, doubt_html};
 pub use gathered::Gathered;
+pub use learn::{LearnPage, learn_html};
 use ocmc_core::record::{Record, column};
 use ocmc_fleet::association::{Association, association, association_beside};
 use ocmc_fleet::quantity::{RecordQuantity, quantity};

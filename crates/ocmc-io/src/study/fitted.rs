@@ -2,7 +2,7 @@
 //! alone.
 
 use super::builtin::STUDIES;
-use super::judged::{FITTED, TABLE};
+use super::judged::{FITTED, FITTED_FROM, FITTED_KEYS, TABLE};
 use super::node::Node;
 use super::source::{Source, SourceKind};
 use super::{StudyFileError, load_text, resolved_toml};
@@ -203,6 +203,62 @@ fn remove(values: &mut Table, path: &str) -> bool {
     }
 }
 
+/// A part of a study, which command has fitted it, and from what.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyPart {
+    /// The command.
+    pub command: &'static str,
+    /// What it has read, in words.
+    pub sources: String,
+    /// The values ([`FittedPart::json`]).
+    pub values: serde_json::Value,
+}
+
+/// The paths of the values of a part of a study: laws and lists as a whole.
+fn paths(values: &serde_json::Value) -> Vec<String> {
+    let serde_json::Value::Object(table) = values else { return Vec::new() };
+    let below = |(key, value): (&String, &serde_json::Value)| match value {
+        serde_json::Value::Object(below) if !below.contains_key("distribution") => {
+            paths(value).into_iter().map(|path| format!("{key}.{path}")).collect()
+        }
+        _ => vec![key.clone()],
+    };
+    table.iter().flat_map(below).collect()
+}
+
+/// A study file that several commands have written a part of, the last one over those before. The
+/// note on top is `command`'s.
+///
+/// # Errors
+/// As [`fitted_study`].
+pub fn study_of_parts(
+    base: &str,
+    name: &str,
+    (command, sources): (&str, &str),
+    parts: &[StudyPart],
+) -> Result<(String, StudyModel), StudyFileError> {
+    let mut values = tree(String::new());
+    let mut fitted = serde_json::Map::new();
+    for part in parts {
+        values.overlay(Node::from_json(&part.values)?)?;
+        let keys = paths(&part.values);
+        let entry = json!({ FITTED_FROM: part.sources, FITTED_KEYS: keys });
+        // what a later part writes is no longer of one before
+        for earlier in fitted.values_mut() {
+            let kept = earlier[FITTED_KEYS].as_array_mut().expect("a list of keys");
+            kept.retain(|key| !keys.iter().any(|own| key == own));
+        }
+        fitted.insert(part.command.to_owned(), entry);
+    }
+    written(
+        base,
+        name,
+        (command, sources),
+        &values.to_json(),
+        &json!({ TABLE: { FITTED: fitted } }),
+    )
+}
+
 /// A whole study file: `base` with fitted values ([`FittedPart::json`]) laid over it. A note on top
 /// and `judged.fitted` say which command has fitted them from what.
 ///
@@ -215,6 +271,17 @@ pub fn fitted_study(
     (command, sources): (&str, &str),
     values: &serde_json::Value,
 ) -> Result<(String, StudyModel), StudyFileError> {
+    let fitted = json!({ TABLE: { FITTED: { command: sources } } });
+    written(base, name, (command, sources), values, &fitted)
+}
+
+fn written(
+    base: &str,
+    name: &str,
+    (command, sources): (&str, &str),
+    values: &serde_json::Value,
+    fitted: &serde_json::Value,
+) -> Result<(String, StudyModel), StudyFileError> {
     let base = match Path::new(base).canonicalize() {
         Ok(file) if STUDIES.iter().all(|built_in| built_in.name != base) => {
             file.to_string_lossy().into_owned()
@@ -224,8 +291,7 @@ pub fn fitted_study(
     let head = toml::to_string(&json!({ "study": { "base": base, "name": name } }));
     let head = head.expect("a table of words");
     let values = toml::to_string(values).expect("a study is tables, lists, numbers and words");
-    let fitted = toml::to_string(&json!({ TABLE: { FITTED: { command: sources } } }));
-    let fitted = fitted.expect("a table of words");
+    let fitted = toml::to_string(fitted).expect("a table of words");
     let note = format!("# Written by `ocmc {command}` from {sources}.");
     let text = format!("{note}\n\n{head}\n{values}\n{fitted}");
     let loaded = load_text("the fitted study", &text, &[] as &[&str])?;

@@ -135,6 +135,9 @@ pub(super) const TABLE: &str = "judged";
 const EFFECTS_OF: &str = "effects_of";
 /// Table of the fits that have written into a study file.
 pub(super) const FITTED: &str = "fitted";
+/// In the table of a fit that is not all of its file: what it was made from, and the keys.
+pub(super) const FITTED_FROM: &str = "from";
+pub(super) const FITTED_KEYS: &str = "keys";
 /// The command whose numbers are calibrated: many together, and none of them alone.
 const CALIBRATED: &str = "calibrate totals";
 const ALLOWED: &str = "a `reason`, and for each key `[low, judged, high]`";
@@ -169,9 +172,9 @@ pub(super) fn take(tree: &mut Node) -> Result<Judged, Box<Fault>> {
                     let (judged_still, replaced) = numbers_of(tree, name, entry, before)?;
                     judged.numbers.extend(judged_still);
                     let standing = |(key, value): (String, &Node)| ReplacedNumber {
-                        key,
                         name: name.clone(),
-                        standing: standing(value, fits.as_ref()),
+                        standing: standing(&key, value, fits.as_ref()),
+                        key,
                     };
                     judged.replaced.extend(replaced.into_iter().map(standing));
                 }
@@ -189,17 +192,27 @@ fn wrong(node: &Node, key: &str) -> Box<Fault> {
     Fault::not_allowed(key, node.shown(), ALLOWED).at(node.any_place())
 }
 
-/// Where a number is from that has replaced a judged one.
-fn standing(value: &Node, fits: Option<&Node>) -> String {
+/// Where a number is from that has replaced a judged one. A fit that names its keys has written
+/// those and what is below them; another one all of its file.
+fn standing(key: &str, value: &Node, fits: Option<&Node>) -> String {
     let Some(place) = value.any_place() else { return "typed".to_owned() };
     let source = &place.source;
-    let fits = fits.into_iter().flat_map(Node::children);
     let is_of_it = |from: &Node| from.any_place().is_some_and(|of| of.source == *source);
-    let by_fit = fits.into_iter().find(|(_, from)| is_of_it(from));
+    let fits = fits.into_iter().flat_map(Node::children);
+    let fits: Vec<_> = fits.into_iter().filter(|(_, from)| is_of_it(from)).collect();
+    let is_below = |of: &str| key == of || key.strip_prefix(of).is_some_and(|k| k.starts_with('.'));
+    let names = |from: &Node| {
+        let keys = from.get(FITTED_KEYS).map(Node::to_json);
+        let keys = keys.as_ref().and_then(Value::as_array).into_iter().flatten();
+        keys.filter_map(Value::as_str).any(is_below)
+    };
+    let by_name = fits.iter().find(|(_, from)| names(from));
+    let by_fit = by_name.or_else(|| fits.iter().find(|(_, from)| from.as_str().is_some()));
     let words = by_fit.and_then(|(command, from)| {
-        let is_calibrated = matches!(&command, Step::Key(name) if name == CALIBRATED);
+        let is_calibrated = matches!(command, Step::Key(name) if name == CALIBRATED);
         let how = if is_calibrated { "calibrated on" } else { "fitted from" };
-        Some(format!("{how} {}", from.as_str()?))
+        let from = from.as_str().or_else(|| from.get(FITTED_FROM)?.as_str())?;
+        Some(format!("{how} {from}"))
     });
     match (source.kind, words) {
         (SourceKind::Setting, _) => "typed in --set".to_owned(),

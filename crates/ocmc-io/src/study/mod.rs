@@ -50,7 +50,7 @@ pub(crate) use commented::{in_words, settings_from};
 pub use difference::{KeyDifference, differences, differences_text};
 pub use error::{Cause, Fault, StudyFileError, nearest};
 pub use files::{Files, ForeignVehicle, VehicleReader};
-pub use fitted::{Estimate, FittedPart, fitted_study};
+pub use fitted::{Estimate, FittedPart, StudyPart, fitted_study, study_of_parts};
 pub use init::init_text;
 use judged::Judged;
 pub use judged::{End, JudgedKey, JudgedNumbers, ReplacedNumber};

@@ -165,6 +165,15 @@ impl Emulator {
         self.means.iter().zip(&self.known.responses).map(of).collect()
     }
 
+    /// ln consumption of a row less its expectation, where no score moves it, and the SD of a trip.
+    /// The consumption is the only response.
+    pub fn consumption(&self, row: &TotalsRow) -> (f64, f64) {
+        let x = self.x(row);
+        let (scores, place) = (&[][..], Response::Consumption as usize);
+        let residual = row.responses[place] - self.means[0].at(&x, scores);
+        (residual, libm::exp(0.5 * self.log_variances[0].at(&x, scores)))
+    }
+
     /// The responses of a row at scores: what it differs by from its expectation, each given those
     /// before, and the variances.
     pub(super) fn at(&self, row: &TotalsRow, scores: &[f64], shifts: &[f64]) -> Residuals {

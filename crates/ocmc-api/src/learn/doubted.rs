@@ -1,0 +1,51 @@
+//! What a study owes to numbers that are judged, before and after.
+
+use super::LearnRequest;
+use crate::doubt::{DoubtRequest, doubt};
+use crate::error::Error;
+use crate::watch::Watch;
+use ocmc_fleet::run::RunPlan;
+use ocmc_io::study::LoadedStudy;
+use serde::Serialize;
+
+/// Cycles at each end of the twelve entries that matter most.
+const CYCLES: u64 = 256;
+/// Entries that are named.
+const NAMED: usize = 3;
+
+/// What the mean of a study owes to numbers that are judged.
+#[derive(Clone, Debug, Serialize)]
+pub struct Doubted {
+    /// Name of the study.
+    pub study: String,
+    /// Name of the consumption.
+    pub column: String,
+    /// Mean of the fleet.
+    pub mean: f64,
+    /// Root of the sum of squares of the effects of judged numbers on it.
+    pub together: f64,
+    /// Entries that do most, with their shares of the sum.
+    pub largest: Vec<(String, f64)>,
+}
+
+impl Doubted {
+    pub(super) fn of(
+        name: &str,
+        study: &LoadedStudy,
+        request: &LearnRequest,
+        watch: &mut Watch,
+    ) -> Result<Self, Error> {
+        let plan = RunPlan::new(request.seed, 0, CYCLES, request.threads, None);
+        let asked =
+            DoubtRequest { study: (name.to_owned(), study), against: None, plan, column: None };
+        let found = doubt(&asked, watch)?;
+        let named = found.numbers.iter().take(NAMED);
+        Ok(Self {
+            study: name.to_owned(),
+            column: found.column.to_owned(),
+            mean: found.is.map_or(f64::NAN, |shape| shape.mean),
+            together: found.together.mean,
+            largest: named.map(|entry| (entry.name.clone(), entry.share)).collect(),
+        })
+    }
+}

@@ -1,0 +1,176 @@
+//! The parts of a study that files tell by a fit.
+
+use super::LearnRequest;
+use super::read::Read;
+use crate::error::Error;
+use crate::fit::{
+    CurveSpeedOptions, CurveSpeedRequest, FitAnswer, SpeedChangeOptions, SpeedChangeRequest,
+    TrafficRequest, WeatherRequest, fit_curve_speed, fit_speed_change, fit_traffic, fit_weather,
+    roads_part,
+};
+use crate::source::Source;
+use crate::watch::Watch;
+use ocmc_core::study::StudyModel;
+use ocmc_io::export::{ExportKind, has_limits};
+use ocmc_io::intake::FileAccount;
+use ocmc_io::number_text::count_of;
+use ocmc_io::study::{LoadedStudy, StudyPart, load_text, study_of_parts};
+use serde::Serialize;
+use serde_json::Value;
+
+/// A fit that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct LearntPart {
+    /// What it is of.
+    pub what: &'static str,
+    /// The command that does the same alone.
+    pub command: &'static str,
+    /// What it was made from, in words.
+    pub sources: String,
+    /// Why its numbers stay those of the base.
+    pub refused: Option<String>,
+}
+
+/// The fits, and the study with them.
+pub(super) struct Fits {
+    pub(super) parts: Vec<LearntPart>,
+    pub(super) written: Vec<StudyPart>,
+    pub(super) study: LoadedStudy,
+}
+
+impl Fits {
+    /// Fits what can be fitted, `all` of it or without the drives that are held back.
+    pub(super) fn of(
+        request: &LearnRequest,
+        read: &Read,
+        all: bool,
+        watch: &mut Watch,
+    ) -> Result<Self, Error> {
+        let (_, base) = &request.base;
+        let mut fits = Self { parts: Vec::new(), written: Vec::new(), study: (*base).clone() };
+        fits.roads(request, read, all)?;
+        let of_kind = |kind| read.of_kind(&request.folder, kind);
+        let (mappings, model) = (request.mappings.clone(), &base.model);
+        let weather = of_kind(ExportKind::Weather);
+        if !weather.is_empty() {
+            let question = WeatherRequest {
+                tables: &weather,
+                mappings: mappings.clone(),
+                base: model,
+                place: None,
+            };
+            let found = fit_weather(&question).map(values);
+            fits.add(request, "weather", "fit weather", &weather, found)?;
+        }
+        for table in of_kind(ExportKind::Traffic).into_iter().take(1) {
+            let mappings = mappings.clone();
+            let question =
+                TrafficRequest { table: table.clone(), mappings, base: model, place: None };
+            let found = fit_traffic(&question).map(values);
+            fits.add(request, "traffic", "fit traffic", &[table], found)?;
+        }
+        for curves in of_kind(ExportKind::Curves).into_iter().take(1) {
+            let (mappings, options) = (mappings.clone(), CurveSpeedOptions::default());
+            let question = CurveSpeedRequest {
+                curves: curves.clone(),
+                mappings,
+                base: model,
+                options,
+                tobit: false,
+            };
+            let found = fit_curve_speed(&question).map(values);
+            fits.add(request, "curve speeds", "fit curve-speed", &[curves], found)?;
+        }
+        let mut changes = of_kind(ExportKind::SpeedChanges);
+        let limited = |source: &Source| has_limits(source.path(), &mappings);
+        changes.extend(of_kind(ExportKind::Log).into_iter().filter(limited));
+        if !changes.is_empty() {
+            let question = SpeedChangeRequest {
+                tables: &changes,
+                mappings: mappings.clone(),
+                base: model,
+                options: SpeedChangeOptions::default(),
+                untruncated: true,
+            };
+            let found = fit_speed_change(&question, &mut |_| (), watch);
+            let found = match found {
+                Err(error @ Error::Interrupted(_)) => return Err(error),
+                found => found.map(values),
+            };
+            fits.add(request, "speed changes", "fit speed-change", &changes, found)?;
+        }
+        Ok(fits)
+    }
+
+    fn roads(&mut self, request: &LearnRequest, read: &Read, all: bool) -> Result<(), Error> {
+        let mut roads = read.roads[0].clone();
+        if all {
+            roads.append(read.roads[1].clone());
+        }
+        if roads.roads.is_empty() {
+            return Ok(());
+        }
+        let sources = count_of(roads.roads.len() as u64, "road");
+        let model: &StudyModel = &request.base.1.model;
+        let found = roads_part(&roads, None, model, &request.folder).map(|(fit, part)| {
+            let warnings = fit.warnings.into_iter().chain(part.warnings()).collect();
+            (part.json(), warnings)
+        });
+        self.tried(request, ("roads and missions", "fit operating-cycle"), sources, found)
+    }
+
+    fn add(
+        &mut self,
+        request: &LearnRequest,
+        what: &'static str,
+        command: &'static str,
+        files: &[Source],
+        found: Result<Found, Error>,
+    ) -> Result<(), Error> {
+        let name = |file: &Source| {
+            let path = file.path().strip_prefix(&request.folder).unwrap_or(file.path());
+            format!("`{}`", path.display())
+        };
+        let sources = match files {
+            [only] => name(only),
+            files => count_of(files.len() as u64, "file"),
+        };
+        self.tried(request, (what, command), sources, found)
+    }
+
+    /// Lays a part over the study, where there is one and the rest goes with it.
+    fn tried(
+        &mut self,
+        request: &LearnRequest,
+        (what, command): (&'static str, &'static str),
+        sources: String,
+        found: Result<Found, Error>,
+    ) -> Result<(), Error> {
+        let laid = found.map_err(|error| error.to_string()).and_then(|(values, _)| {
+            let part = StudyPart { command, sources: sources.clone(), values };
+            let mut parts = self.written.clone();
+            parts.push(part);
+            let by = ("learn", "files");
+            let study = study_of_parts(&request.base.0, &request.name, by, &parts)
+                .and_then(|(text, _)| load_text("the learnt study", &text, &[] as &[&str]));
+            study.map(|study| (parts, study)).map_err(|error| error.to_string())
+        });
+        let refused = match laid {
+            Ok((parts, study)) => {
+                (self.written, self.study) = (parts, study);
+                None
+            }
+            Err(reason) => Some(reason),
+        };
+        self.parts.push(LearntPart { what, command, sources, refused });
+        Ok(())
+    }
+}
+
+/// Values of a part, and what is odd in them.
+type Found = (Value, Vec<String>);
+
+fn values<Fit>(answer: FitAnswer<Fit>) -> Found {
+    let warnings = answer.inputs.iter().flat_map(FileAccount::warnings).collect();
+    (answer.study, warnings)
+}

@@ -1,0 +1,42 @@
+//! The check on the trips that a study was not learnt from.
+
+use crate::calibrate_totals::{CalibrateTotalsAnswer, HeldBackTrip};
+use serde::Serialize;
+
+/// What the study said of trips that were held back.
+#[derive(Clone, Debug, Serialize)]
+pub struct HeldBack {
+    /// Trips that it was learnt from.
+    pub learnt_from: usize,
+    /// Name of the consumption.
+    pub column: String,
+    /// Consumption of the trips together, as measured.
+    pub measured: f64,
+    /// What was expected of them with their weights and lengths.
+    pub expected: f64,
+    /// Trips within the interval that holds 90 % of such trips.
+    pub within: usize,
+    /// The trips.
+    pub trips: Vec<HeldBackTrip>,
+}
+
+impl HeldBack {
+    /// Of trips; none where there are none.
+    pub(super) fn new(answer: &CalibrateTotalsAnswer, trips: &[HeldBackTrip]) -> Option<Self> {
+        let length_m: f64 = trips.iter().map(|trip| trip.length_m).sum();
+        let over = |of: fn(&HeldBackTrip) -> f64| {
+            trips.iter().map(|trip| of(trip) * trip.length_m).sum::<f64>() / length_m
+        };
+        let is_within = |trip: &&HeldBackTrip| {
+            (trip.interval90[0]..=trip.interval90[1]).contains(&trip.measured)
+        };
+        (!trips.is_empty()).then(|| Self {
+            learnt_from: answer.rows,
+            column: answer.column.clone(),
+            measured: over(|trip| trip.measured),
+            expected: over(|trip| trip.expected),
+            within: trips.iter().filter(is_within).count(),
+            trips: trips.to_vec(),
+        })
+    }
+}

@@ -1,0 +1,160 @@
+//! The files of a folder, read by what they are.
+
+use super::{LearnRequest, LearntFile};
+use crate::error::Error;
+use crate::source::Source;
+use crate::watch::{Progress, Watch};
+use ocmc_estimation::log::road::{MissingLimits, RoadOptions};
+use ocmc_io::export::{ExportKind, files, is_held_back, kind_of};
+use ocmc_io::file_error::FileError;
+use ocmc_io::given_cycle;
+use ocmc_io::intake::FileAccount;
+use ocmc_io::log::LoggedTrip;
+use ocmc_io::log::roads::FoundRoads;
+use ocmc_io::table::Quantity;
+use ocmc_io::trip_totals::{self, TripTotal, TripTotals};
+use std::path::{Path, PathBuf};
+
+/// What was read.
+pub(super) struct Read {
+    pub(super) files: Vec<LearntFile>,
+    /// Roads of the drives that are not held back, and of those that are.
+    pub(super) roads: [FoundRoads; 2],
+    /// Totals, and where they are from.
+    pub(super) totals: Option<(TripTotals, PathBuf)>,
+    pub(super) inputs: Vec<FileAccount>,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Read {
+    pub(super) fn of(request: &LearnRequest, watch: &mut Watch) -> Result<Self, Error> {
+        let LearnRequest { folder, mappings, .. } = request;
+        let found = files(folder).map_err(FileError::read(folder))?;
+        let mut read = Self {
+            files: Vec::new(),
+            roads: Default::default(),
+            totals: None,
+            inputs: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let mut of_logs: Option<TripTotals> = None;
+        for (done, path) in found.iter().enumerate() {
+            Progress::of_logs(done, found.len()).look(watch)?;
+            let (kind, left_out) = match kind_of(path, mappings) {
+                Ok(Some(kind)) => {
+                    let result = read.take(request, kind, path, &mut of_logs);
+                    (Some(kind), result.err())
+                }
+                Ok(None) => (None, Some("no table or track that tells of trips".to_owned())),
+                Err(error) => (None, Some(error.to_string())),
+            };
+            let path = path.strip_prefix(folder).unwrap_or(path).to_owned();
+            read.files.push(LearntFile { path, kind, left_out });
+        }
+        if read.totals.is_none() {
+            read.totals = of_logs.map(|totals| (totals, folder.clone()));
+        }
+        let roads = [&read.roads[0], &read.roads[1]];
+        read.warnings.extend(roads.into_iter().flat_map(FoundRoads::told));
+        read.warnings.extend(read.inputs.iter().flat_map(FileAccount::warnings));
+        Ok(read)
+    }
+
+    /// Reads a file; the reason where it is not used.
+    fn take(
+        &mut self,
+        request: &LearnRequest,
+        kind: ExportKind,
+        path: &Path,
+        of_logs: &mut Option<TripTotals>,
+    ) -> Result<(), String> {
+        let mappings = &request.mappings;
+        let source = Source::File(path.to_owned());
+        match kind {
+            ExportKind::Totals => {
+                let (totals, account) =
+                    trip_totals::read(source.lent(), mappings).map_err(|e| e.to_string())?;
+                self.inputs.push(account);
+                self.join(totals, path)
+            }
+            ExportKind::Log => {
+                let options = RoadOptions {
+                    missing_limits: MissingLimits::OfSpeed,
+                    curb_mass_kg: Some(request.base.1.model.vehicle.curb_mass_kg),
+                    ..RoadOptions::default()
+                };
+                let is_held_back = |drive: &LoggedTrip| held_back_drive(request, drive);
+                let apart =
+                    FoundRoads::of_log_apart(source.lent(), mappings, &options, &is_held_back);
+                let ([mut others, held], totals) = apart.map_err(|error| error.to_string())?;
+                self.inputs.append(&mut others.inputs);
+                self.roads[0].append(others);
+                self.roads[1].append(held);
+                for (amount, total) in totals {
+                    let all = of_logs
+                        .get_or_insert_with(|| TripTotals { amount, ..TripTotals::default() });
+                    if all.amount == amount {
+                        all.rows.push(total);
+                    }
+                }
+                Ok(())
+            }
+            ExportKind::OperatingCycle => {
+                let (cycle, account) =
+                    given_cycle::read_with_account(path, &[]).map_err(|e| e.to_string())?;
+                self.roads[0].add_cycle(cycle);
+                self.inputs.push(account);
+                Ok(())
+            }
+            // read by their fits
+            ExportKind::Weather
+            | ExportKind::Traffic
+            | ExportKind::Curves
+            | ExportKind::SpeedChanges => Ok(()),
+        }
+    }
+
+    /// Adds a table of totals to those before, where it is one of the same kind.
+    fn join(&mut self, mut more: TripTotals, path: &Path) -> Result<(), String> {
+        let Some((all, first)) = &mut self.totals else {
+            self.totals = Some((more, path.to_owned()));
+            return Ok(());
+        };
+        if all.amount != more.amount || all.of_fills != more.of_fills {
+            return Err(format!(
+                "its rows are of another kind than those of `{}`",
+                first.display()
+            ));
+        }
+        all.rows.append(&mut more.rows);
+        all.left_out += more.left_out;
+        Ok(())
+    }
+
+    /// The rows that are held back, and the others.
+    pub(super) fn apart(
+        &self,
+        request: &LearnRequest,
+        table: &TripTotals,
+    ) -> (Vec<TripTotal>, Vec<TripTotal>) {
+        let LearnRequest { seed, hold_back, .. } = request;
+        table.rows.iter().cloned().partition(|row| {
+            let place = row.place.to_string();
+            is_held_back(*seed, *hold_back, &row.truck, row.departure_s_of_year / 86_400.0, &place)
+        })
+    }
+
+    /// Files of a kind.
+    pub(super) fn of_kind(&self, folder: &Path, kind: ExportKind) -> Vec<Source> {
+        let files = self.files.iter();
+        let files = files.filter(|file| file.kind == Some(kind) && file.left_out.is_none());
+        files.map(|file| Source::File(folder.join(&file.path))).collect()
+    }
+}
+
+/// Whether the trip of a drive is held back: drives without a truck or a day are not.
+fn held_back_drive(request: &LearnRequest, drive: &LoggedTrip) -> bool {
+    let first = drive.column(Quantity::DayOfYear).and_then(|days| days.first().copied());
+    let (Some(day), Some(truck)) = (first, &drive.truck) else { return false };
+    is_held_back(request.seed, request.hold_back, truck, day, "")
+}

@@ -1,0 +1,206 @@
+//! The files of a fleet's export: what each of them is, by its columns, and which trips are held back
+//! when a study is learnt from them.
+
+use crate::given_cycle;
+use crate::intake::table::formats::{CURVES, LOG, SPEED_CHANGES, TRAFFIC, TRIP_TOTALS, WEATHER};
+use crate::intake::table::schema::Schema;
+use crate::intake::table::source::{ending, is_table, is_track};
+use crate::intake::table::{Mapping, Quantity as Q, Source, Table, TableError};
+use crate::sha256;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+/// Most folders below each other.
+const MOST_DEEP: usize = 8;
+/// Digits of a checksum that tell whether a trip is held back.
+const DIGITS: usize = 12;
+
+/// What a file of an export is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExportKind {
+    /// A log, or a track: time, and speed or positions.
+    Log,
+    /// Totals of trips, or fills.
+    Totals,
+    /// Hours of weather.
+    Weather,
+    /// Densities or speeds of the traffic.
+    Traffic,
+    /// Measured curves.
+    Curves,
+    /// Measured changes of speed.
+    SpeedChanges,
+    /// An operating cycle, as `ocmc cycle` writes it.
+    OperatingCycle,
+}
+
+impl ExportKind {
+    /// What it is called.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Log => "log",
+            Self::Totals => "totals of trips",
+            Self::Weather => "weather",
+            Self::Traffic => "traffic",
+            Self::Curves => "curves",
+            Self::SpeedChanges => "speed changes",
+            Self::OperatingCycle => "operating cycle",
+        }
+    }
+}
+
+/// One of each list of quantities, by which a kind of table is known; the first kind that has all.
+const KNOWN_BY: [(ExportKind, &Schema, &[&[Q]]); 6] = [
+    (ExportKind::Log, &LOG, &[&[Q::Time, Q::Date, Q::Day], &[Q::Speed, Q::Latitude]]),
+    (
+        ExportKind::Totals,
+        &TRIP_TOTALS,
+        &[&[Q::Distance, Q::Odometer], &[Q::FuelAmount, Q::EnergyAmount]],
+    ),
+    (ExportKind::Curves, &CURVES, &[&[Q::Radius], &[Q::Speed]]),
+    (
+        ExportKind::Traffic,
+        &TRAFFIC,
+        &[&[Q::RoadType], &[Q::DensityShare, Q::Density, Q::SpeedRatio]],
+    ),
+    (
+        ExportKind::Weather,
+        &WEATHER,
+        &[
+            &[Q::Time, Q::Date, Q::Day],
+            &[Q::Temperature, Q::WindSpeed, Q::Pressure, Q::RelativeHumidity, Q::Precipitation],
+        ],
+    ),
+    (ExportKind::SpeedChanges, &SPEED_CHANGES, &[&[Q::Acceleration]]),
+];
+
+/// What a file is; none of what no reader takes.
+///
+/// # Errors
+/// [`TableError`] where a table cannot be read at all.
+pub fn kind_of(path: &Path, mappings: &[Mapping]) -> Result<Option<ExportKind>, TableError> {
+    if is_track(path) {
+        return Ok(Some(ExportKind::Log));
+    }
+    if ending(path) == "json" {
+        let is_cycle = given_cycle::read(path, &[]).is_ok();
+        return Ok(is_cycle.then_some(ExportKind::OperatingCycle));
+    }
+    if !is_table(path) {
+        return Ok(None);
+    }
+    let mut fault = None;
+    for (kind, schema, lists) in KNOWN_BY {
+        let own: Vec<Mapping> = mappings.iter().filter(|m| m.is_of(schema)).cloned().collect();
+        match Table::open(Source::File(path), schema, &own) {
+            Ok(table) if lists.iter().all(|any| any.iter().any(|q| table.has(*q))) => {
+                return Ok(Some(kind));
+            }
+            Ok(_) => {}
+            Err(error) => fault = fault.or(Some(error)),
+        }
+    }
+    fault.map_or(Ok(None), Err)
+}
+
+/// Whether a log has speed limits.
+pub fn has_limits(path: &Path, mappings: &[Mapping]) -> bool {
+    let own: Vec<Mapping> = mappings.iter().filter(|m| m.is_of(&LOG)).cloned().collect();
+    let table = Table::open(Source::File(path), &LOG, &own);
+    table.is_ok_and(|table| table.column(Q::Limit).is_some())
+}
+
+/// The files of a folder and of those in it, in the order of their names; hidden ones are left out.
+///
+/// # Errors
+/// Where a folder cannot be read.
+pub fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    collect(folder, MOST_DEEP, &mut found)?;
+    Ok(found)
+}
+
+fn collect(folder: &Path, deep: usize, found: &mut Vec<PathBuf>) -> io::Result<()> {
+    let entries = fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path()));
+    let mut paths = entries.collect::<io::Result<Vec<PathBuf>>>()?;
+    paths.sort();
+    for path in paths {
+        let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes()[0] == b'.');
+        if is_hidden {
+            continue;
+        }
+        if !path.is_dir() {
+            found.push(path);
+        } else if deep > 0 {
+            collect(&path, deep - 1, found)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a trip is among the share of them that is held back: all trips of a truck on a day are, or
+/// none; of what names neither, each row by itself. The same seed holds the same ones back in every
+/// file.
+pub fn is_held_back(seed: u64, share: f64, truck: &str, day_of_year: f64, otherwise: &str) -> bool {
+    let day =
+        if day_of_year.is_finite() { libm::floor(day_of_year).to_string() } else { String::new() };
+    let other = if truck.is_empty() || day.is_empty() { otherwise } else { "" };
+    let digits = sha256::of_bytes(format!("{seed}\n{truck}\n{day}\n{other}").as_bytes());
+    let drawn = u64::from_str_radix(&digits[..DIGITS], 16).expect("hexadecimal digits") as f64;
+    drawn < share * libm::exp2(4.0 * DIGITS as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_known_by_their_columns() {
+        let folder = tempfile::tempdir().unwrap();
+        let kind = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::write(&path, text).unwrap();
+            kind_of(&path, &[]).unwrap()
+        };
+        for (name, text, expected) in [
+            ("a.csv", "time_s,speed_kmh\n0,50\n", Some(ExportKind::Log)),
+            ("b.csv", "truck,date,km,litres\na,2024-03-01,100,30\n", Some(ExportKind::Totals)),
+            (
+                "c.csv",
+                "truck,date,odometer_km,litres\na,2024-03-01,9,3\n",
+                Some(ExportKind::Totals),
+            ),
+            ("d.csv", "time,temperature_c\n2024-03-01T00:00,3\n", Some(ExportKind::Weather)),
+            ("e.csv", "time_s,road_type,density_share\n0,urban,0.1\n", Some(ExportKind::Traffic)),
+            ("f.csv", "driver,radius_m,speed_mps\na,50,10\n", Some(ExportKind::Curves)),
+            ("g.csv", "driver,acceleration_mps2\na,0.5\n", Some(ExportKind::SpeedChanges)),
+            ("h.csv", "invoice,amount_eur\n1,5\n", None),
+            ("i.txt.bak", "notes", None),
+            ("j.json", "{}", None),
+        ] {
+            assert_eq!(kind(name, text), expected, "{name}");
+        }
+        fs::create_dir(folder.path().join("0")).unwrap();
+        fs::write(folder.path().join("0/z.csv"), "").unwrap();
+        fs::write(folder.path().join(".hidden"), "").unwrap();
+        let found = files(folder.path()).unwrap();
+        assert!(found.len() == 11 && found[0].ends_with("z.csv"), "{found:?}");
+    }
+
+    #[test]
+    fn trips_of_a_truck_on_a_day_are_held_back_together() {
+        let held = |truck: &str, day: f64, row: &str| is_held_back(3, 0.2, truck, day, row);
+        for day in 0..20 {
+            let day = f64::from(day);
+            assert_eq!(held("a", day, "1"), held("a", day + 0.9, "2"));
+        }
+        // of 2000 groups a fifth: 400 ± 18
+        let count =
+            (0..2000).filter(|k| held(&format!("t{}", k / 40), f64::from(k % 40), "")).count();
+        assert!((340..460).contains(&count), "{count}");
+        let rows = (0..2000).filter(|k| held("a", f64::NAN, &k.to_string())).count();
+        assert!((340..460).contains(&rows), "{rows}");
+    }
+}
