@@ -11,7 +11,7 @@ from ocmc._summary import Summary
 __all__ = [
     "OperatingCycle", "Run", "Study", "Table", "__version__", "calibrate_curve_speed", "compare",
     "detect_curves", "fit_curve_speed", "fit_fleet", "fit_operating_cycle", "fit_speed_change",
-    "fit_traffic", "fit_weather", "identify", "joined", "label", "load", "merge", "road",
+    "fit_traffic", "fit_weather", "identify", "joined", "label", "learn", "load", "merge", "road",
     "run_from", "simulator_study", "studies", "unpickled", "unpickled_table", "validate",
     "vehicles",
 ]
@@ -47,6 +47,20 @@ def calibrate_curve_speed(
     least_residual_sd: float = 0.048,
     radius_range_m: tuple[float, float] = (20.0, 500.0),
     least_lateral_mps2: float = 0.0,
+    progress: _Progress = None,
+) -> Answer: ...
+def learn(
+    folder: str | PathLike[str],
+    *,
+    base: str = "field-truck",
+    name: str = "my-fleet",
+    columns: _Columns = None,
+    hold_back: float = 0.2,
+    amount_noise: float = 0.03,
+    weight_noise: float = 0.05,
+    seed: SupportsIndex = 1,
+    threads: SupportsIndex | None = None,
+    page: str | PathLike[str] | None = None,
     progress: _Progress = None,
 ) -> Answer: ...
 def detect_curves(

@@ -43,6 +43,7 @@ mod gross_mass;
 mod hints;
 mod identification;
 mod intake;
+mod learn;
 mod loads;
 mod logs;
 mod look_ahead;

@@ -13,6 +13,7 @@ mod error;
 mod fit;
 mod given;
 mod input;
+mod learn;
 mod log;
 mod operating_cycle;
 mod pickle;
@@ -45,6 +46,7 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fit::fit_fleet, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_traffic, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_weather, module)?)?;
+    module.add_function(wrap_pyfunction!(learn::learn, module)?)?;
     module.add_function(wrap_pyfunction!(log::identify, module)?)?;
     module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
     module.add_function(wrap_pyfunction!(road::road, module)?)?;

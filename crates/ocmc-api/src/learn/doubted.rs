@@ -9,7 +9,7 @@ use ocmc_io::study::LoadedStudy;
 use serde::Serialize;
 
 /// Cycles at each end of the twelve entries that matter most.
-const CYCLES: u64 = 256;
+const CYCLES: u64 = 96;
 /// Entries that are named.
 const NAMED: usize = 3;
 

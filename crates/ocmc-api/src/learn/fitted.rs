@@ -14,7 +14,7 @@ use ocmc_core::study::StudyModel;
 use ocmc_io::export::{ExportKind, has_limits};
 use ocmc_io::intake::FileAccount;
 use ocmc_io::number_text::count_of;
-use ocmc_io::study::{LoadedStudy, StudyPart, load_text, study_of_parts};
+use ocmc_io::study::{LoadedStudy, StudyFileError, StudyPart, load_text, study_of_parts};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -146,16 +146,14 @@ impl Fits {
         sources: String,
         found: Result<Found, Error>,
     ) -> Result<(), Error> {
-        let laid = found.map_err(|error| error.to_string()).and_then(|(values, _)| {
+        let with = found.map_err(|error| error.to_string()).and_then(|(values, _)| {
             let part = StudyPart { command, sources: sources.clone(), values };
             let mut parts = self.written.clone();
             parts.push(part);
-            let by = ("learn", "files");
-            let study = study_of_parts(&request.base.0, &request.name, by, &parts)
-                .and_then(|(text, _)| load_text("the learnt study", &text, &[] as &[&str]));
-            study.map(|study| (parts, study)).map_err(|error| error.to_string())
+            let study = laid(request, &parts);
+            study.map(|(_, study)| (parts, study)).map_err(|error| error.to_string())
         });
-        let refused = match laid {
+        let refused = match with {
             Ok((parts, study)) => {
                 (self.written, self.study) = (parts, study);
                 None
@@ -165,6 +163,25 @@ impl Fits {
         self.parts.push(LearntPart { what, command, sources, refused });
         Ok(())
     }
+}
+
+/// The text of the study with parts laid over the base; and the study as it is driven here, without
+/// the errors of its numbers, each of which makes two studies more.
+pub(super) fn laid(
+    request: &LearnRequest,
+    parts: &[StudyPart],
+) -> Result<(String, LoadedStudy), StudyFileError> {
+    let sources = format!("`{}`", request.folder.display());
+    let text = |parts: &[StudyPart]| {
+        study_of_parts(&request.base.0, &request.name, ("learn", &sources), parts)
+    };
+    let certain = parts.iter().cloned().map(|mut part| {
+        part.values.as_object_mut().map(|values| values.remove("uncertainty"));
+        part
+    });
+    let (certain, _) = text(&certain.collect::<Vec<_>>())?;
+    let study = load_text("the learnt study", &certain, &[] as &[&str])?;
+    Ok((text(parts)?.0, study))
 }
 
 /// Values of a part, and what is odd in them.

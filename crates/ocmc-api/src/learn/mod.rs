@@ -15,10 +15,10 @@ use crate::calibrate_totals::{
 use crate::error::Error;
 use crate::source::{Mapping, Source};
 use crate::watch::Watch;
-use fitted::Fits;
+use fitted::{Fits, laid};
 use ocmc_io::export::ExportKind;
 use ocmc_io::intake::FileAccount;
-use ocmc_io::study::{LoadedStudy, ReplacedNumber, StudyPart, load_text, study_of_parts};
+use ocmc_io::study::{LoadedStudy, ReplacedNumber, StudyPart};
 use ocmc_io::trip_totals::{TripTotal, TripTotals};
 use read::Read;
 use serde::Serialize;
@@ -157,10 +157,7 @@ pub fn learn(request: &LearnRequest, watch: &mut Watch) -> Result<LearnAnswer, E
         let folder = request.folder.clone();
         return Err(Error::NothingToLearn { folder, reason: no_totals.unwrap_or_default() });
     }
-    let sources = format!("`{}`", request.folder.display());
-    let by = ("learn", &*sources);
-    let (study_toml, _) = study_of_parts(base_name, &request.name, by, &all.written)?;
-    let study = load_text("the learnt study", &study_toml, &[] as &[&str])?;
+    let (study_toml, study) = laid(request, &all.written)?;
     let doubt = [
         Doubted::of(base_name, base, request, watch)?,
         Doubted::of(&request.name, &study, request, watch)?,
