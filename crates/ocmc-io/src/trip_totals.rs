@@ -3,6 +3,7 @@
 //! Fills of fuel cards are rows, too: a fill is no trip, and its litres belong to the kilometres
 //! since the last full tank.
 
+use crate::intake::table::date;
 use crate::intake::table::formats::TRIP_TOTALS;
 use crate::intake::table::given::RowPlace;
 use crate::intake::table::{Mapping, Quantity, Row, Source, Table, TableError};
@@ -76,6 +77,19 @@ pub struct TripTotal {
     pub truck: String,
     /// The driver; empty where it is missing.
     pub driver: String,
+    /// The route; empty where it is missing.
+    pub route: String,
+    /// The group; empty where it is missing.
+    pub group: String,
+    /// When it departed, in s since 1900.
+    pub time_s: f64,
+    /// When it departed, in s from the beginning of the year.
+    pub s_of_year: f64,
+}
+
+/// Time since 1900, in s, of a date such as `2024-03-01` or `2024-03-01T14:00`.
+pub fn time_of(date: &str) -> Option<f64> {
+    date::time_of(date)
 }
 
 /// A row as it is read.
@@ -139,6 +153,10 @@ fn read_row(row: &Row, amount: Amount, says_full: bool) -> Result<Read, TableErr
         climb_m: row.number(Quantity::Climb)?,
         truck: row.text(Quantity::Truck).to_owned(),
         driver: row.text(Quantity::Driver).to_owned(),
+        route: row.text(Quantity::RouteName).to_owned(),
+        group: row.text(Quantity::Group).to_owned(),
+        time_s: date::time_of(row.text(Quantity::Date)).unwrap_or(f64::NAN),
+        s_of_year: date::second_of_year(row.text(Quantity::Date)).unwrap_or(f64::NAN),
     };
     Ok(Read {
         total,

@@ -4,7 +4,6 @@ mod design;
 mod further;
 mod judge;
 mod question;
-mod rows;
 mod shape;
 mod text;
 mod written;
@@ -12,23 +11,22 @@ mod written;
 use crate::answer::Answer;
 use crate::error::Error;
 use crate::source::{Mapping, Source};
+use crate::totals_rows::{Rows, per_distance};
 use crate::watch::{Watch, watched};
 use design::{ASKED, Design, Driven, MEMBERS, TRIPS};
 use further::{Further, further};
 use judge::{Judged, judge};
-use ocmc_core::record::{self, Record};
 use ocmc_estimation::calibration::totals::{
     Emulator, Known, Member, MemberEmulator, Posterior, Response, Shared, TotalsRow, posterior,
 };
 use ocmc_estimation::fit::fleet::{FleetOptions, FleetTable, fit};
-use ocmc_fleet::quantity::{LITRES, NamedQuantity, shared_consumption};
+use ocmc_fleet::quantity::{NamedQuantity, shared_consumption};
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_io::intake::FileAccount;
 use ocmc_io::label::label;
 use ocmc_io::number_text::count_of;
 use ocmc_io::study::{FittedPart, LoadedStudy};
-use ocmc_io::trip_totals::{self, Amount, TripTotal, TripTotals};
-use rows::Rows;
+use ocmc_io::trip_totals::{self, TripTotal};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -36,8 +34,8 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use written::{Written, kept};
 
+pub use crate::totals_rows::Noise;
 pub use question::Question;
-pub use rows::Noise;
 pub use shape::Shape;
 pub use written::CalibratedNumbers;
 
@@ -249,33 +247,6 @@ pub fn calibrate_totals(
         driven: total + TASTED,
         wall_s: clock.elapsed().as_secs_f64(),
         warnings,
-    })
-}
-
-/// Consumption, in the unit of the quantity, of an amount over a metre.
-fn per_distance(
-    trips: &Source,
-    table: &TripTotals,
-    quantity: &NamedQuantity,
-    tasted: &[Record],
-) -> Result<impl Fn(Amount, f64) -> f64 + use<>, Error> {
-    let electric = label(quantity.column).0.starts_with("kWh");
-    if electric != (table.amount == Amount::KilowattHours)
-        || (table.amount == Amount::Litres && quantity.column != LITRES)
-    {
-        let (path, column) = (trips.path().to_owned(), quantity.column.to_owned());
-        return Err(Error::OtherCarrier { path, column });
-    }
-    // litres of the study's fuel for each kilogram
-    let of_kg = tasted.iter().find_map(|record| {
-        let kg = record::column("fuel_kg")?.get(record).number()?;
-        Some(quantity.of_cycle(record)? * record.distance_m / kg / 1e5)
-    });
-    let litres_per_kg = if quantity.column == LITRES { of_kg.unwrap_or(1.0) } else { 1.0 };
-    Ok(move |amount, per_m| match amount {
-        Amount::Litres => 1e5 * per_m,
-        Amount::Kilograms => 1e5 * litres_per_kg * per_m,
-        Amount::KilowattHours => 1e3 * per_m,
     })
 }
 
