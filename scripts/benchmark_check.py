@@ -43,7 +43,7 @@ def pool(program, folder, trips, sets):
     run(program, *options, "--cycles", trips, "--seed", 77, "--out", folder, "--format", "csv", "--quiet")
     with (folder / "records.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["outcome"] == "completed"]
-    keys = ["distance_m", "consumption_l_per_100km", "payload_kg", "climb_m", "departure_s_of_year"]
+    keys = ["distance_m", "consumption_l_per_100km", "payload_kg", "climb_m", "departure_s_of_year", "duration_s"]
     return [{key: float(row[key]) for key in keys} for row in rows]
 
 
@@ -70,9 +70,11 @@ def fleet(trips, draw, path, options, truck_sd, driver_sd=0.0, saving=0.0):
             fuel *= 2
         weight = options.curb_kg + trip["payload_kg"]
         rows.append([f"t{truck}", day.isoformat(), f"{km:.3f}", f"{fuel:.4f}", f"{weight:.0f}"])
+        rows[-1] += [f"{trip['duration_s'] / 3600:.4f}"] if options.hours else []
         rows[-1] += [f"{trip['climb_m']:.0f}"] if options.climb else []
         rows[-1] += [f"name{driver}"] if driver_sd else []
     head = ["truck", "date", "distance_km", "fuel_l", "gross_weight_kg"]
+    head += ["driving_time_h"] if options.hours else []
     head += (["climb_m"] if options.climb else []) + (["driver"] if driver_sd else [])
     path.write_text("\n".join(",".join(row) for row in [head, *rows]) + "\n")
     return {f"t{k}": effect for k, effect in enumerate(trucks)}, since
@@ -114,6 +116,7 @@ def main():
     parser.add_argument("--driver-sd", type=float, default=0.0)
     parser.add_argument("--doubled", type=float, default=0.002, help="share of rows with two trips' fuel")
     parser.add_argument("--curb-kg", type=float, default=15250.0)
+    parser.add_argument("--no-hours", dest="hours", action="store_false", help="no driving times")
     parser.add_argument("--climb", action="store_true", help="the table has a column climb_m")
     parser.add_argument("--sorted", action="store_true", help="some trucks carry more")
     parser.add_argument("--off", action="store_true", help="the fleets' study is another one")

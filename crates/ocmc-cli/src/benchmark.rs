@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Args)]
 pub(crate) struct BenchmarkArguments {
     /// Table with one row a trip: distance_km, fuel_l or energy_kwh, and where known
-    /// gross_weight_kg, climb_m, truck, driver, date, route
+    /// gross_weight_kg, driving_time_h, climb_m, truck, driver, date, route
     #[arg(value_name = "RECORDS")]
     trips: PathBuf,
     /// Says which column is what, as in fuel_amount_l=diesel; may be repeated
@@ -30,6 +30,9 @@ pub(crate) struct BenchmarkArguments {
     /// Keeps the names of the drivers, who else are numbered
     #[arg(long)]
     names: bool,
+    /// Does not adjust for the mean speed of trips: it tells the roads, but a driver has a hand in it
+    #[arg(long)]
+    no_speed: bool,
     /// Trips of the study
     #[arg(long, value_name = "N", default_value = "3200", allow_negative_numbers = true, value_parser = whole_number(100..=1_000_000_u64))]
     cycles: u64,
@@ -54,6 +57,7 @@ pub(crate) fn benchmark(arguments: &BenchmarkArguments) -> Result<(), Failure> {
         study: (loaded.origin.to_string(), &loaded),
         contrast: since.or(group.as_ref().map(|_| BenchmarkContrast::Group)),
         names: arguments.names,
+        speed: !arguments.no_speed,
         cycles: arguments.cycles,
         seed: arguments.seed,
         threads: work.threads,

@@ -10,6 +10,8 @@ use std::f64::consts::TAU;
 /// Weight and length about which columns are centred, and their steps.
 const WEIGHT_KG: [f64; 2] = [25_000.0, 10_000.0];
 const LENGTH_M: f64 = 50_000.0;
+/// Mean speed about which it is centred.
+const SPEED_MPS: f64 = 20.0;
 /// Climb of a hundredth of the way is one.
 const CLIMB: f64 = 100.0;
 const YEAR_S: f64 = 365.0 * 86_400.0;
@@ -28,6 +30,8 @@ pub enum Covariate {
     Length,
     /// Climb over length.
     Climb,
+    /// Logarithm of the mean speed while driving, and its square: which roads a trip was on.
+    Speed,
     /// Day of the year, as a first harmonic.
     Season,
 }
@@ -39,13 +43,14 @@ impl Covariate {
             Self::Weight => "weight",
             Self::Length => "length",
             Self::Climb => "climb",
+            Self::Speed => "mean speed",
             Self::Season => "season",
         }
     }
 
     fn columns(self) -> usize {
         match self {
-            Self::Weight | Self::Season => 2,
+            Self::Weight | Self::Speed | Self::Season => 2,
             Self::Length | Self::Climb => 1,
         }
     }
@@ -57,13 +62,19 @@ pub(super) struct Known {
     pub(super) gross_kg: f64,
     pub(super) length_m: f64,
     pub(super) climb_m: f64,
+    pub(super) driving_s: f64,
     pub(super) s_of_year: f64,
 }
 
 impl Known {
     pub(super) fn of_row(row: &TripTotal, gross_kg: f64) -> Self {
-        let TripTotal { distance_m, climb_m, s_of_year, .. } = row;
-        Self { gross_kg, length_m: *distance_m, climb_m: *climb_m, s_of_year: *s_of_year }
+        Self {
+            gross_kg,
+            length_m: row.distance_m,
+            climb_m: row.climb_m,
+            driving_s: row.driving_s,
+            s_of_year: row.s_of_year,
+        }
     }
 
     fn of_record(record: &Record, curb_kg: f64) -> Self {
@@ -71,6 +82,7 @@ impl Known {
             gross_kg: curb_kg + record.mean_payload_kg,
             length_m: record.distance_m,
             climb_m: record.climb_m,
+            driving_s: record.duration_s - record.rest_s.unwrap_or(0.0),
             s_of_year: record.departure_s_of_year,
         }
     }
@@ -86,6 +98,10 @@ impl Known {
                 }
                 Covariate::Length => columns.push(libm::log(self.length_m / LENGTH_M)),
                 Covariate::Climb => columns.push(CLIMB * self.climb_m / self.length_m),
+                Covariate::Speed => {
+                    let v = libm::log(self.length_m / self.driving_s / SPEED_MPS);
+                    columns.extend([v, v * v]);
+                }
                 Covariate::Season => {
                     let phase = TAU * self.s_of_year / YEAR_S;
                     columns.extend([libm::cos(phase), libm::sin(phase)]);
@@ -133,7 +149,16 @@ pub(super) struct Expectation {
     pub(super) slopes: Vec<f64>,
     /// SD of its trips beside that.
     pub(super) sd: f64,
+    /// ln of their variance by what is known: its level, and of each column.
+    ln_variance: (f64, Vec<f64>),
 }
+
+/// E ln χ²₁: what the logarithm of a squared residual is below that of its variance.
+const LN_SQUARE_BIAS: f64 = -1.270_362_845_461_478;
+/// Least squared residual of which a logarithm is taken, as a share of the mean square.
+const LEAST_SQUARE: f64 = 1e-4;
+/// How far an SD may be from that of all trips, as a factor.
+const MOST_SPREAD: f64 = 2.0;
 
 impl Expectation {
     /// Fits the trips of the study; none where hardly any arrived.
@@ -152,35 +177,60 @@ impl Expectation {
             })
             .collect();
         let width = places(known).last().map_or(0, |(_, range)| range.end);
-        let mut kept: Vec<usize> = (0..width).collect();
-        loop {
-            let row = |k: usize, x: &mut [f64]| {
-                x[0] = 1.0;
-                x[1..].iter_mut().zip(&kept).for_each(|(x, column)| *x = rows[k].0[*column]);
-                rows[k].1
-            };
-            match LeastSquares::reduce(rows.len(), 1 + kept.len(), row) {
-                Ok(fit) if fit.residual_df() > 0 => {
-                    let found = fit.coefficients();
-                    let mut slopes = vec![0.0; width];
-                    for (place, column) in kept.iter().enumerate() {
-                        slopes[*column] = found[1 + place];
-                    }
-                    let (known, sd) = (known.to_vec(), fit.residual_sd());
-                    return Some(Self { known, level: found[0], slopes, sd });
-                }
-                Err(collinear) if collinear.column > 0 => {
-                    kept.remove(collinear.column - 1);
-                }
-                _ => return None,
-            }
-        }
+        let columns: Vec<Vec<f64>> = rows.iter().map(|row| row.0.clone()).collect();
+        let ln: Vec<f64> = rows.iter().map(|row| row.1).collect();
+        let (level, slopes, sd) = fitted(&columns, &ln, width)?;
+        let at = |x: &[f64]| level + x.iter().zip(&slopes).map(|(x, s)| x * s).sum::<f64>();
+        let ln_squares: Vec<f64> = (rows.iter())
+            .map(|(x, y)| {
+                let square = ((y - at(x)) * (y - at(x))).max(LEAST_SQUARE * sd * sd);
+                libm::log(square.max(f64::MIN_POSITIVE)) - LN_SQUARE_BIAS
+            })
+            .collect();
+        let (ln_variance, by, _) = fitted(&columns, &ln_squares, width)?;
+        let known = known.to_vec();
+        Some(Self { known, level, slopes, sd, ln_variance: (ln_variance, by) })
     }
 
     /// ln of the consumption that is expected of a trip.
     pub(super) fn of(&self, trip: &Known) -> f64 {
         let columns = trip.columns(&self.known);
         self.level + columns.iter().zip(&self.slopes).map(|(x, slope)| x * slope).sum::<f64>()
+    }
+
+    /// SD of ln consumption of such a trip.
+    pub(super) fn sd_of(&self, trip: &Known) -> f64 {
+        let (level, slopes) = &self.ln_variance;
+        let columns = trip.columns(&self.known);
+        let ln = level + columns.iter().zip(slopes).map(|(x, slope)| x * slope).sum::<f64>();
+        libm::exp(0.5 * ln).clamp(self.sd / MOST_SPREAD, self.sd * MOST_SPREAD)
+    }
+}
+
+/// Least squares: the level, the slope of each column, 0 of those that others determine, and the
+/// SD; none of too few rows.
+fn fitted(rows: &[Vec<f64>], y: &[f64], width: usize) -> Option<(f64, Vec<f64>, f64)> {
+    let mut kept: Vec<usize> = (0..width).collect();
+    loop {
+        let row = |k: usize, x: &mut [f64]| {
+            x[0] = 1.0;
+            x[1..].iter_mut().zip(&kept).for_each(|(x, column)| *x = rows[k][*column]);
+            y[k]
+        };
+        match LeastSquares::reduce(rows.len(), 1 + kept.len(), row) {
+            Ok(fit) if fit.residual_df() > 0 => {
+                let found = fit.coefficients();
+                let mut slopes = vec![0.0; width];
+                for (place, column) in kept.iter().enumerate() {
+                    slopes[*column] = found[1 + place];
+                }
+                return Some((found[0], slopes, fit.residual_sd()));
+            }
+            Err(collinear) if collinear.column > 0 => {
+                kept.remove(collinear.column - 1);
+            }
+            _ => return None,
+        }
     }
 }
 
@@ -199,10 +249,22 @@ mod tests {
 
     #[test]
     fn columns_stand_where_their_places_say() {
-        let trip = Known { gross_kg: 35e3, length_m: 5e4, climb_m: 500.0, s_of_year: 0.0 };
-        let known = [Covariate::Weight, Covariate::Length, Covariate::Climb, Covariate::Season];
-        assert_eq!(trip.columns(&known), [1.0, 1.0, 0.0, 1.0, 1.0, 0.0]);
+        let trip = Known {
+            gross_kg: 35e3,
+            length_m: 5e4,
+            climb_m: 500.0,
+            driving_s: 2500.0,
+            s_of_year: 0.0,
+        };
+        let known = [
+            Covariate::Weight,
+            Covariate::Length,
+            Covariate::Climb,
+            Covariate::Speed,
+            Covariate::Season,
+        ];
+        assert_eq!(trip.columns(&known), [1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
         let ends: Vec<usize> = places(&known).into_iter().map(|(_, range)| range.end).collect();
-        assert_eq!(ends, [2, 3, 4, 6]);
+        assert_eq!(ends, [2, 3, 4, 6, 8]);
     }
 }

@@ -60,6 +60,8 @@ pub struct BenchmarkRequest<'a> {
     pub contrast: Option<BenchmarkContrast>,
     /// Whether drivers keep their names; else they are numbered.
     pub names: bool,
+    /// Whether trips are adjusted for their mean speed, where driving times are known.
+    pub speed: bool,
     /// Trips of the study.
     pub cycles: u64,
     /// Master seed.
@@ -166,6 +168,7 @@ pub struct BenchmarkAnswer {
 ///     study: ("field-truck".to_owned(), &study::load("field-truck", &[] as &[&str])?),
 ///     contrast: None,
 ///     names: false,
+///     speed: true,
 ///     cycles: 3200,
 ///     seed: 1,
 ///     threads: None,
@@ -183,8 +186,9 @@ pub fn benchmark(request: &BenchmarkRequest, watch: &mut Watch) -> Result<Benchm
     let BenchmarkRequest { trips, mappings, study: (name, study), seed, .. } = request;
     let (mut table, mut account) = trip_totals::read(trips.lent(), mappings)?;
     check_contrast(request, &table)?;
-    // how fast a trip was is the driver's doing: nothing is adjusted for it
-    table.rows.iter_mut().for_each(|row| row.driving_s = f64::NAN);
+    if !request.speed {
+        table.rows.iter_mut().for_each(|row| row.driving_s = f64::NAN);
+    }
     let plan = |first, cycles| RunPlan::new(*seed, first, cycles, request.threads, None);
     let taste = plan(0, TASTED);
     let tasted = watched(TASTED, watch, |look| records(&study.study, &taste, look))?;
@@ -276,6 +280,8 @@ impl Asked {
         known.extend(has_lengths.then_some(Covariate::Length));
         let has_climb = trips.iter().all(|trip| trip.climb_m.is_finite());
         known.extend((has_climb && !table.of_fills).then_some(Covariate::Climb));
+        let has_speed = !table.of_fills && trips.iter().all(|trip| trip.driving_s > 0.0);
+        known.extend(has_speed.then_some(Covariate::Speed));
         known.extend(has_season.then_some(Covariate::Season));
         let mut of_table: Vec<TripTotal> = kept.iter().map(|k| rows.of_table[*k].clone()).collect();
         if !names {
@@ -335,14 +341,23 @@ impl Asked {
                     .to_owned(),
             );
         }
+        if self.known.contains(&Covariate::Speed) {
+            remarks.push(
+                "trips are adjusted for their mean speed, which tells the roads: a driver is compared \
+                 at the speed that was driven"
+                    .to_owned(),
+            );
+        }
         let rows: Vec<TripTotal> = kept.iter().map(|k| self.rows[*k].clone()).collect();
         let ln_ratio_kept = of(&ln_ratio);
         let by_driver = !self.has_trucks && self.has_drivers;
+        let weight = |trip: &Known| 1.0 / (expectation.sd_of(trip) * expectation.sd_of(trip));
         let table = FleetTable {
             truck: rows.iter().map(|row| self.member(row).to_owned()).collect(),
             driver: (self.has_trucks && self.has_drivers)
                 .then(|| rows.iter().map(|row| row.driver.clone()).collect()),
             value: ln_ratio_kept.clone(),
+            weight: Some(kept.iter().map(|k| weight(&self.trips[*k])).collect()),
             covariates: columns.clone(),
             ..FleetTable::default()
         };
