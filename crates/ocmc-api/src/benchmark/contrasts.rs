@@ -7,8 +7,6 @@ use ocmc_io::trip_totals::{TripTotal, time_of};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Most routes that are adjusted for.
-const MOST_ROUTES: usize = 60;
 /// Most groups that are compared.
 const MOST_GROUPS: usize = 20;
 
@@ -38,7 +36,9 @@ pub struct Compared {
 
 /// What is compared.
 pub(super) struct Rows<'a> {
-    pub(super) rows: &'a [TripTotal],
+    pub(super) of_table: &'a [TripTotal],
+    /// Whether the columns tell routes apart.
+    pub(super) has_routes: bool,
     pub(super) ln_ratio: &'a [f64],
     pub(super) columns: &'a [Vec<f64>],
     pub(super) truck: &'a [usize],
@@ -50,7 +50,7 @@ impl Rows<'_> {
         match asked {
             BenchmarkContrast::Since(date) => {
                 let since = time_of(date).ok_or_else(|| Error::NotADate(date.clone()))?;
-                let kinds: Vec<Option<bool>> = (self.rows.iter())
+                let kinds: Vec<Option<bool>> = (self.of_table.iter())
                     .map(|row| row.time_s.is_finite().then_some(row.time_s >= since))
                     .collect();
                 let names = [format!("since {date}"), "before".to_owned()];
@@ -58,7 +58,7 @@ impl Rows<'_> {
             }
             BenchmarkContrast::Group => {
                 let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-                for row in self.rows.iter().filter(|row| !row.group.is_empty()) {
+                for row in self.of_table.iter().filter(|row| !row.group.is_empty()) {
                     *counts.entry(&row.group).or_default() += 1;
                 }
                 let mut groups: Vec<(&str, usize)> = counts.into_iter().collect();
@@ -75,7 +75,7 @@ impl Rows<'_> {
                         name if name == *base => Some(false),
                         _ => None,
                     };
-                    let kinds: Vec<Option<bool>> = self.rows.iter().map(kind).collect();
+                    let kinds: Vec<Option<bool>> = self.of_table.iter().map(kind).collect();
                     self.one([(*group).to_owned(), (*base).to_owned()], &kinds)
                 };
                 Ok(others.iter().map(one).collect())
@@ -87,10 +87,7 @@ impl Rows<'_> {
         let kept: Vec<usize> = (0..kinds.len()).filter(|k| kinds[*k].is_some()).collect();
         let is_of: Vec<bool> = kept.iter().map(|k| kinds[*k] == Some(true)).collect();
         let of = |values: &[f64]| -> Vec<f64> { kept.iter().map(|k| values[*k]).collect() };
-        let mut columns: Vec<Vec<f64>> = self.columns.iter().map(|column| of(column)).collect();
-        let routes = self.routes(&kept);
-        let is_of_same_routes = !routes.is_empty();
-        columns.extend(routes);
+        let columns: Vec<Vec<f64>> = self.columns.iter().map(|column| of(column)).collect();
         let truck: Vec<usize> = kept.iter().map(|k| self.truck[*k]).collect();
         let found = contrast(&of(self.ln_ratio), &is_of, &columns, &truck);
         let with = is_of.iter().filter(|is| **is).count();
@@ -101,26 +98,10 @@ impl Rows<'_> {
             trips: [kept.len() - with, with],
             trucks_of_both: found.as_ref().map_or(0, |found| found.clusters_of_both),
             is_within_trucks: found.as_ref().is_some_and(|found| found.is_within),
-            is_of_same_routes,
+            is_of_same_routes: self.has_routes,
             change: found.as_ref().map(|found| share(found.difference)),
             ci95: found.as_ref().map(|found| found.ci95.map(share)),
             degrees: found.map(|found| found.degrees),
         }
-    }
-
-    /// A column a route but for the first; none where most rows name none, or too many.
-    fn routes(&self, kept: &[usize]) -> Vec<Vec<f64>> {
-        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for k in kept {
-            *counts.entry(&self.rows[*k].route).or_default() += 1;
-        }
-        let unnamed = counts.get("").copied().unwrap_or(0);
-        if 2 * unnamed > kept.len() || counts.len() < 2 || counts.len() > MOST_ROUTES {
-            return Vec::new();
-        }
-        let column = |route: &str| -> Vec<f64> {
-            kept.iter().map(|k| f64::from(u8::from(self.rows[*k].route == route))).collect()
-        };
-        counts.keys().skip(1).map(|route| column(route)).collect()
     }
 }

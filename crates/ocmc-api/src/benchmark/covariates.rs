@@ -34,6 +34,8 @@ pub enum Covariate {
     Speed,
     /// Day of the year, as a first harmonic.
     Season,
+    /// Which of the table's routes: of these the study knows nothing.
+    Route,
 }
 
 impl Covariate {
@@ -45,6 +47,7 @@ impl Covariate {
             Self::Climb => "climb",
             Self::Speed => "mean speed",
             Self::Season => "season",
+            Self::Route => "route",
         }
     }
 
@@ -52,6 +55,7 @@ impl Covariate {
         match self {
             Self::Weight | Self::Speed | Self::Season => 2,
             Self::Length | Self::Climb => 1,
+            Self::Route => 0,
         }
     }
 }
@@ -106,6 +110,7 @@ impl Known {
                     let phase = TAU * self.s_of_year / YEAR_S;
                     columns.extend([libm::cos(phase), libm::sin(phase)]);
                 }
+                Covariate::Route => {}
             }
         }
         columns

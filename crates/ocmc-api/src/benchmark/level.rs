@@ -50,7 +50,7 @@ pub struct BenchmarkMember {
 /// The levels, the SD of a trip and the mean of the logarithms with its interval; none where
 /// members do not repeat.
 pub(super) struct Levels {
-    pub(super) levels: Vec<BenchmarkLevel>,
+    pub(super) all: Vec<BenchmarkLevel>,
     pub(super) trip_sd: f64,
     pub(super) mean: [f64; 3],
     pub(super) notes: Vec<String>,
@@ -80,7 +80,7 @@ impl Levels {
         let trip = found.components.iter().find(|component| component.level == "trip");
         let [low, high] = found.mean_ci95;
         Some(Self {
-            levels,
+            all: levels,
             trip_sd: trip.map_or(f64::NAN, |trip| trip.sd),
             mean: [found.mean, low, high],
             notes: if by_driver { Vec::new() } else { found.notes.clone() },

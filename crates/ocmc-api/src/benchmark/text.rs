@@ -9,7 +9,9 @@ use std::fmt::Write;
 /// Members at each end of a ranking that are shown.
 const SHOWN: usize = 10;
 /// Far rows that are named.
-const NAMED: usize = 5;
+const NAMED: usize = 3;
+/// Letters of a line.
+const WIDTH: usize = 80;
 
 /// A logarithm, or its SD, in %.
 fn percent(ln: f64) -> String {
@@ -61,15 +63,32 @@ pub(super) fn benchmark_text(answer: &BenchmarkAnswer) -> String {
         text.push_str("\nChange, %, all else equal\n");
         let rows = answer.compared.iter().map(compared);
         let head = ["", "against", "change", "95 %", "trips", "trucks"];
-        text.push_str(&table(&[22, 16, 9, 18, 14, 8], &head, rows));
+        text.push_str(&table(&[21, 16, 8, 17, 11, 7], &head, rows));
         for compared in &answer.compared {
-            text.push_str(&how(compared));
+            let _ = writeln!(text, "{}", folded(&how(compared)));
         }
     }
     for remark in &answer.remarks {
-        let _ = writeln!(text, "\nNote: {remark}.");
+        let _ = writeln!(text, "\n{}", folded(&format!("Note: {remark}.")));
     }
     text
+}
+
+/// Text in lines of at most [`WIDTH`] letters.
+fn folded(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let line = lines.last_mut().expect("there is one");
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            lines.push(word.to_owned());
+            continue;
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line.push_str(word);
+    }
+    lines.join("\n")
 }
 
 /// Where the differences between the means of trucks come from.
@@ -82,7 +101,11 @@ fn spread(answer: &BenchmarkAnswer) -> String {
     };
     row("as measured", answer.measured_sd_between, "");
     for adjusted in &answer.adjusted_for {
-        let by = if adjusted.by_table { "study and table" } else { "study" };
+        let by = match (adjusted.by_study, adjusted.by_table) {
+            (true, true) => "study and table",
+            (true, false) => "study",
+            (false, _) => "table",
+        };
         row(adjusted.covariate.words(), Some(adjusted.sd_between), by);
     }
     row("not explained", answer.unexplained_sd_between, "chance included");
@@ -158,7 +181,7 @@ fn how(compared: &Compared) -> String {
     if compared.change.is_none() {
         return format!(
             "`{}` cannot be told from what else differs: no truck, weight, season or route has \
-             trips of both.\n",
+             trips of both.",
             compared.what
         );
     }
@@ -168,5 +191,5 @@ fn how(compared: &Compared) -> String {
         "between trucks: too few have trips of both".to_owned()
     };
     let routes = if compared.is_of_same_routes { ", on the same routes" } else { "" };
-    format!("`{}` is {within}{routes}; the interval is robust over trucks.\n", compared.what)
+    format!("`{}` is {within}{routes}; the interval is robust over trucks.", compared.what)
 }
