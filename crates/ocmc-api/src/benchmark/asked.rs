@@ -5,7 +5,7 @@ use super::level::Levels;
 use super::{AdjustedFor, BenchmarkAnswer, BenchmarkRequest, BenchmarkTrip, FarTrip, contrasts};
 use crate::error::Error;
 use crate::totals_rows::Rows;
-use ocmc_estimation::fit::far_rows::{WithinGroups, near_rows};
+use ocmc_estimation::fit::far_rows::{WithinGroups, near_rows, variances};
 use ocmc_estimation::fit::fleet::FleetTable;
 use ocmc_io::trip_totals::{TripTotal, TripTotals};
 use std::collections::{BTreeMap, BTreeSet};
@@ -102,7 +102,8 @@ impl Asked {
             self.measured.iter().zip(&expected).map(|(measured, e)| measured - e).collect();
         let (columns, routes) = self.columns();
         let group = self.groups();
-        let near = near_rows(&ln_ratio, &columns, &group);
+        let sd: Vec<f64> = self.trips.iter().map(|trip| expectation.sd_of(trip)).collect();
+        let near = near_rows(&ln_ratio, &columns, &group, &sd);
         let kept: Vec<usize> = (0..near.len()).filter(|k| near[*k]).collect();
         let of = |values: &[f64]| -> Vec<f64> { kept.iter().map(|k| values[*k]).collect() };
         let truck: Vec<usize> = kept.iter().map(|k| group[*k]).collect();
@@ -128,13 +129,13 @@ impl Asked {
         let rows: Vec<TripTotal> = kept.iter().map(|k| self.rows[*k].clone()).collect();
         let ln_ratio_kept = of(&ln_ratio);
         let by_driver = !self.has_trucks && self.has_drivers;
-        let weight = |trip: &Known| 1.0 / (expectation.sd_of(trip) * expectation.sd_of(trip));
+        let variances = variances(&ln_ratio_kept, &columns, &truck, &of(&sd));
         let table = FleetTable {
             truck: rows.iter().map(|row| self.member(row).to_owned()).collect(),
             driver: (self.has_trucks && self.has_drivers)
                 .then(|| rows.iter().map(|row| row.driver.clone()).collect()),
             value: ln_ratio_kept.clone(),
-            weight: Some(kept.iter().map(|k| weight(&self.trips[*k])).collect()),
+            weight: Some(variances.iter().map(|variance| 1.0 / variance).collect()),
             covariates: columns.clone(),
             ..FleetTable::default()
         };

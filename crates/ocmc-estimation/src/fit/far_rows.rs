@@ -88,13 +88,58 @@ fn median(mut values: Vec<f64>) -> f64 {
     f64::midpoint(values[(n - 1) / 2], values[n / 2])
 }
 
-/// Whether each row counts: its residual lies within [`FAR`] SDs.
-pub fn near_rows(value: &[f64], columns: &[Vec<f64>], group: &[usize]) -> Vec<bool> {
+/// Variance of each row beside its group and the slopes, a + b s² with s the SD that was expected of
+/// it: what a row varies by beside that is a.
+///
+/// The squares of the residuals are fitted with weights s⁻⁴, their variances but for a factor.
+pub fn variances(value: &[f64], columns: &[Vec<f64>], group: &[usize], sd: &[f64]) -> Vec<f64> {
+    let n = value.len();
+    let within = WithinGroups::fit(value, columns, group, &vec![true; n]);
+    let groups = group.iter().max().map_or(0, |last| last + 1);
+    let rest: Vec<f64> = (0..n).map(|k| value[k] - within.at(columns, k)).collect();
+    let mut sums = vec![(0.0, 0.0); groups];
+    for k in 0..n {
+        sums[group[k]].0 += rest[k];
+        sums[group[k]].1 += 1.0;
+    }
+    // sums of 1, s², s⁴ and of the squares with 1 and s², each over s⁴
+    let mut sum = [0.0; 5];
+    for k in 0..n {
+        let (total, count) = sums[group[k]];
+        if count < 2.0 {
+            continue;
+        }
+        let off = rest[k] - total / count;
+        let square = off * off * count / (count - 1.0);
+        let s2 = sd[k] * sd[k];
+        let weight = 1.0 / (s2 * s2);
+        let terms = [1.0, s2, s2 * s2, square, s2 * square];
+        sum.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
+    }
+    let [one, by, square, y, with] = sum;
+    let determinant = one * square - by * by;
+    let mut found = [(square * y - by * with) / determinant, (one * with - by * y) / determinant];
+    if !(determinant > 1e-9 * one * square) || found[1] < 0.0 {
+        found = [y / one, 0.0];
+    } else if found[0] < 0.0 {
+        found = [0.0, with / square];
+    }
+    let [a, b] = found;
+    if !(a + b > 0.0) {
+        return vec![1.0; n];
+    }
+    sd.iter().map(|sd| a + b * sd * sd).collect()
+}
+
+/// Whether each row counts: its residual lies within [`FAR`] SDs, each row's as a multiple of the one
+/// that was expected of it.
+pub fn near_rows(value: &[f64], columns: &[Vec<f64>], group: &[usize], sd: &[f64]) -> Vec<bool> {
     let n = value.len();
     let groups = group.iter().max().map_or(0, |last| last + 1);
     let of_group = |k: usize| value.iter().zip(group).filter(move |row| *row.1 == k).map(|r| *r.0);
     let medians: Vec<f64> = (0..groups).map(|k| median(of_group(k).collect())).collect();
-    let from_median: Vec<f64> = (0..n).map(|k| (value[k] - medians[group[k]]).abs()).collect();
+    let from_median: Vec<f64> =
+        (0..n).map(|k| (value[k] - medians[group[k]]).abs() / sd[k]).collect();
     let scale = SD_OF_MEDIAN * median(from_median.clone());
     let mut counts: Vec<bool> = from_median.iter().map(|r| *r <= FAR_OF_MEDIANS * scale).collect();
     for _ in 0..MOST_TURNS {
@@ -107,8 +152,9 @@ pub fn near_rows(value: &[f64], columns: &[Vec<f64>], group: &[usize]) -> Vec<bo
             levels[group[k]].0 += rest[k];
             levels[group[k]].1 += 1.0;
         }
-        let off: Vec<f64> =
-            (0..n).map(|k| (rest[k] - levels[group[k]].0 / levels[group[k]].1).abs()).collect();
+        let off: Vec<f64> = (0..n)
+            .map(|k| (rest[k] - levels[group[k]].0 / levels[group[k]].1).abs() / sd[k])
+            .collect();
         let scale = SD_OF_MEDIAN * median(counting().map(|k| off[k]).collect());
         let next: Vec<bool> = off.iter().map(|off| *off <= FAR * scale).collect();
         if next == counts || !(scale > 0.0) {
@@ -141,11 +187,29 @@ mod tests {
         for k in doubled {
             value[k] += std::f64::consts::LN_2;
         }
-        let near = near_rows(&value, &[x.clone()], &group);
+        let near = near_rows(&value, &[x.clone()], &group, &vec![0.05; group.len()]);
         let far: Vec<usize> = (0..near.len()).filter(|k| !near[*k]).collect();
         assert_eq!(far, doubled);
         let within = WithinGroups::fit(&value, &[x.clone(), x], &group, &near);
         assert_eq!(within.columns, [0], "the second column is the first");
         assert!((within.slopes[0] - 0.2).abs() < 0.01, "{within:?}");
+    }
+
+    #[test]
+    fn variances_have_what_is_expected_and_what_is_not() {
+        // 0.03² beside 0.5 s², of 40 groups with 50 rows
+        let mut draws = Draws::new(2, 0, Stream::Bootstrap);
+        let (mut value, mut group, mut sd) = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..2000 {
+            let s = 0.05 + 0.1 * draws.uniform();
+            let variance: f64 = 0.0009 + 0.5 * s * s;
+            value.push((k % 40) as f64 + variance.sqrt() * draws.normal());
+            group.push(k % 40);
+            sd.push(s);
+        }
+        for (found, s) in variances(&value, &[], &group, &sd).iter().zip(&sd) {
+            // within what 2000 squares tell: 2/2000 of a variance squared, and its slope
+            assert!((found / (0.0009 + 0.5 * s * s) - 1.0).abs() < 0.15, "{found} {s}");
+        }
     }
 }
