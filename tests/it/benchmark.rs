@@ -46,7 +46,9 @@ fn table(effect: f64, change: f64) -> String {
         )
         .unwrap();
     }
-    text
+    // the last row is written down again
+    let last = text.lines().last().unwrap().to_owned();
+    text + &last + "\n"
 }
 
 fn asked(
@@ -76,6 +78,7 @@ fn known_trucks_and_a_known_saving_are_found_and_no_driver_is_named() {
     let since = BenchmarkContrast::Since("2024-01-01".to_owned());
     let answer = asked(&file, 2, Some(since)).unwrap();
     assert_eq!((answer.rows, answer.trucks, answer.drivers), (239, Some(10), Some(2)));
+    assert_eq!(answer.doubled, 1);
     assert!(answer.far.len() == 1 && answer.far[0].place.contains("79"), "{:?}", answer.far);
     let trucks = answer.levels.iter().find(|level| level.level == "truck").unwrap();
     assert!(trucks.differ && trucks.members.len() == TRUCKS, "{trucks:?}");

@@ -164,6 +164,12 @@ pub enum Error {
         /// The study's consumption.
         column: String,
     },
+    /// A study of which hardly a trip arrives with the loads and lengths of a table.
+    #[error(
+        "hardly a trip of {0} arrives with the weights and lengths of the table: give a study of \
+         such trucks, or check the units of distance and weight"
+    )]
+    NothingExpected(String),
     /// A date that is none.
     #[error("`since` is {0:?}, allowed is a date such as 2024-03-01 or 2024-03-01T14:00")]
     NotADate(String),

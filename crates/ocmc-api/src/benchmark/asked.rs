@@ -186,6 +186,7 @@ impl Asked {
             column: String::new(),
             rows: kept.len(),
             left_out: 0,
+            doubled: 0,
             far: far.collect(),
             of_fills: false,
             trucks: number(|row| &row.truck, self.has_trucks),

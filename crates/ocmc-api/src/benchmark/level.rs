@@ -83,9 +83,15 @@ impl Levels {
             all: levels,
             trip_sd: trip.map_or(f64::NAN, |trip| trip.sd),
             mean: [found.mean, low, high],
-            notes: if by_driver { Vec::new() } else { found.notes.clone() },
+            notes: if by_driver { Vec::new() } else { notes(&found) },
         })
     }
+}
+
+/// What has to be known; errors of the SDs are in the intervals here.
+fn notes(found: &FleetFit) -> Vec<String> {
+    let is_of_errors = |note: &&String| note.contains("takes it as known");
+    found.notes.iter().filter(|note| !is_of_errors(note)).cloned().collect()
 }
 
 fn members(

@@ -19,8 +19,9 @@ use ocmc_fleet::quantity::{NamedQuantity, shared_consumption};
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_io::intake::FileAccount;
 use ocmc_io::study::LoadedStudy;
-use ocmc_io::trip_totals::{self, TripTotals};
+use ocmc_io::trip_totals::{self, TripTotal, TripTotals};
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 pub use contrasts::Compared;
@@ -108,6 +109,8 @@ pub struct BenchmarkAnswer {
     pub rows: usize,
     /// Rows without a distance or an amount, or without what the others have.
     pub left_out: usize,
+    /// Rows that were the same as one before: truck, date, distance, amount and weight.
+    pub doubled: usize,
     /// Rows far from all others, which do not count.
     pub far: Vec<FarTrip>,
     /// Whether rows are ways between fills.
@@ -176,12 +179,13 @@ pub struct BenchmarkAnswer {
 ///
 /// # Errors
 /// [`Error::Table`] where the table cannot be read, [`Error::FewTotals`], [`Error::OtherCarrier`],
-/// [`Error::NoDates`], [`Error::NotADate`], [`Error::NoGroups`] and [`Error::Interrupted`].
+/// [`Error::NothingExpected`], [`Error::NoDates`], [`Error::NotADate`], [`Error::NoGroups`] and [`Error::Interrupted`].
 pub fn benchmark(request: &BenchmarkRequest, watch: &mut Watch) -> Result<BenchmarkAnswer, Error> {
     let clock = Instant::now();
     let BenchmarkRequest { trips, mappings, study: (name, study), seed, .. } = request;
     let (mut table, mut account) = trip_totals::read(trips.lent(), mappings)?;
     check_contrast(request, &table)?;
+    let doubled = without_doubled(&mut table.rows);
     if !request.speed {
         table.rows.iter_mut().for_each(|row| row.driving_s = f64::NAN);
     }
@@ -209,12 +213,13 @@ pub fn benchmark(request: &BenchmarkRequest, watch: &mut Watch) -> Result<Benchm
     if asked.rows.len() < FEWEST_ROWS {
         return Err(few(asked.rows.len()));
     }
-    let expectation =
-        Expectation::fit(&driven, quantity, curb_kg, &asked.known).ok_or_else(|| few(0))?;
+    let expectation = Expectation::fit(&driven, quantity, curb_kg, &asked.known)
+        .ok_or_else(|| Error::NothingExpected(name.clone()))?;
     let mut answer = asked.answer(&expectation, request)?;
     answer.study.clone_from(name);
     quantity.column.clone_into(&mut answer.column);
     answer.left_out = table.rows.len() + table.left_out - asked.rows.len();
+    answer.doubled = doubled;
     answer.of_fills = table.of_fills;
     answer.driven = request.cycles + TASTED;
     answer.warnings.extend(account.warnings());
@@ -222,6 +227,17 @@ pub fn benchmark(request: &BenchmarkRequest, watch: &mut Watch) -> Result<Benchm
     answer.inputs = vec![account];
     answer.wall_s = clock.elapsed().as_secs_f64();
     Ok(answer)
+}
+
+/// Takes out rows that are the same as one before, where trips are dated, and counts them.
+fn without_doubled(rows: &mut Vec<TripTotal>) -> usize {
+    let mut seen = BTreeSet::new();
+    let all = rows.len();
+    rows.retain(|row| {
+        let numbers = [row.time_s, row.distance_m, row.amount, row.gross_kg].map(f64::to_bits);
+        !row.time_s.is_finite() || seen.insert((row.truck.clone(), numbers))
+    });
+    all - rows.len()
 }
 
 /// Checks that the table has what is compared.

@@ -39,7 +39,8 @@ pub(super) fn benchmark_text(answer: &BenchmarkAnswer) -> String {
             let _ = write!(text, " of {}", count_of(count as u64, name));
         }
     }
-    let _ = writeln!(text, "; {} left out, {} far off", answer.left_out, answer.far.len());
+    let (left_out, doubled, far) = (answer.left_out, answer.doubled, answer.far.len());
+    let _ = writeln!(text, "; {left_out} left out, {doubled} doubled, {far} far off");
     if !answer.far.is_empty() {
         let named: Vec<String> = (answer.far.iter().take(NAMED))
             .map(|far| format!("{} ({:.2})", far.place, far.ratio))
