@@ -9,7 +9,8 @@ from ocmc._summary import Summary
 
 # fmt: off
 __all__ = [
-    "OperatingCycle", "Run", "Study", "Table", "__version__", "calibrate_curve_speed", "compare",
+    "OperatingCycle", "Run", "Study", "Table", "__version__", "benchmark", "calibrate_curve_speed",
+    "compare",
     "detect_curves", "fit_curve_speed", "fit_fleet", "fit_operating_cycle", "fit_speed_change",
     "fit_traffic", "fit_weather", "identify", "joined", "label", "learn", "load", "merge", "road",
     "run_from", "simulator_study", "studies", "unpickled", "unpickled_table", "validate",
@@ -34,6 +35,21 @@ def compare(
     out: str | PathLike[str] | None = None,
     format: Literal["parquet", "csv"] | None = None,
     threads: SupportsIndex | None = None,
+    progress: _Progress = None,
+) -> Answer: ...
+def benchmark(
+    trips: object,
+    study: Study,
+    *,
+    columns: _Columns = None,
+    since: str | None = None,
+    group: str | None = None,
+    names: bool = False,
+    speed: bool = True,
+    cycles: int = 3200,
+    seed: SupportsIndex = 1,
+    threads: SupportsIndex | None = None,
+    out: str | PathLike[str] | None = None,
     progress: _Progress = None,
 ) -> Answer: ...
 def calibrate_curve_speed(

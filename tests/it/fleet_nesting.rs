@@ -354,6 +354,7 @@ fn fitted_sds(driven: &[&Record]) -> [f64; 2] {
         driver: None,
         value: driven.iter().map(|trip| trip.payload_kg).collect(),
         weight: None,
+        covariates: Vec::new(),
         departure_s_of_year: None,
         completed: None,
     };

@@ -10,6 +10,7 @@ mod adjusted_means;
 mod bad_input;
 mod battery;
 mod battery_temperature;
+mod benchmark;
 mod bound;
 mod breakdown;
 mod calibrate_totals;

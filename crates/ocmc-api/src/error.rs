@@ -176,6 +176,28 @@ pub enum Error {
         /// The study's consumption.
         column: String,
     },
+    /// A study of which hardly a trip arrives with the loads and lengths of a table.
+    #[error(
+        "hardly a trip of {0} arrives with the weights and lengths of the table: give a study of \
+         such trucks, or check the units of distance and weight"
+    )]
+    NothingExpected(String),
+    /// A date that is none.
+    #[error("`since` is {0:?}, allowed is a date such as 2024-03-01 or 2024-03-01T14:00")]
+    NotADate(String),
+    /// A table without dates, of which before and after a date are asked.
+    #[error(
+        "`{}`: no row has a date that can be read: give the departures a column `date`, such as \
+         2024-03-01, or assign it with --map departure=COLUMN",
+        .0.display()
+    )]
+    NoDates(PathBuf),
+    /// Groups that cannot be compared.
+    #[error(
+        "the column `group` has {0} values in the rows that count, allowed are 2 to 20: assign \
+         another one with --map group=COLUMN"
+    )]
+    NoGroups(usize),
     /// A noise that is no share.
     #[error("`{name}` is {value}, allowed is a share from 0 to 0.5")]
     NoiseShare {

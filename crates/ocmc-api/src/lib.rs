@@ -19,6 +19,7 @@
 //! ```
 
 mod answer;
+mod benchmark;
 mod birds_eye;
 mod bound;
 mod calibrate_totals;
@@ -47,6 +48,7 @@ mod stored;
 pub mod study;
 mod study_difference;
 mod text;
+mod totals_rows;
 mod trace;
 mod training;
 mod validate;
@@ -56,6 +58,10 @@ mod watch;
 mod word;
 
 pub use answer::Answer;
+pub use benchmark::{
+    AdjustedFor, BenchmarkAnswer, BenchmarkContrast, BenchmarkLevel, BenchmarkMember,
+    BenchmarkRequest, Compared, Covariate, FarTrip, benchmark,
+};
 pub use birds_eye::{BirdsEyeAnswer, BirdsEyeRequest, birds_eye};
 pub use bound::{BoundAnswer, BoundRequest, CycleBound, PotentialShare, bound};
 pub use calibrate_totals::{

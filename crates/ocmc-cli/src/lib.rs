@@ -3,6 +3,7 @@
 
 mod analysis;
 mod arguments;
+mod benchmark;
 mod bound;
 mod calibrate;
 mod cost;
@@ -29,6 +30,7 @@ mod vecto;
 mod verify;
 
 use analysis::{CompareArguments, DoubtArguments, SensitivityArguments};
+use benchmark::BenchmarkArguments;
 use bound::BoundArguments;
 use calibrate::CalibrateCommand;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -136,6 +138,9 @@ enum Command {
     /// Learns a study from the files of a fleet: fits what can be fitted, calibrates the rest to the
     /// totals of its trips, and checks it on trips that were held back
     Learn(LearnArguments),
+    /// Sets measured trips beside what a study expects of them: trucks and drivers that differ
+    /// beyond chance, and what a date or a group changed
+    Benchmark(BenchmarkArguments),
     /// Finds the curves that were driven, from logs of speed and yaw rate
     Curves(CurvesArguments),
     /// Identifies the pedal gains of drivers, from logs of speed, pedals and slope
@@ -174,6 +179,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Fit(command)) => fit::fit(command),
         Some(Command::Calibrate(command)) => calibrate::calibrate(command),
         Some(Command::Learn(arguments)) => learn::learn(arguments),
+        Some(Command::Benchmark(arguments)) => benchmark::benchmark(arguments),
         Some(Command::Curves(arguments)) => log::curves(arguments),
         Some(Command::Identify(arguments)) => log::identify(arguments),
         Some(Command::Road(arguments)) => road::road(arguments),

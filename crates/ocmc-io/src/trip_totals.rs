@@ -77,12 +77,23 @@ pub struct TripTotal {
     pub duration_s: f64,
     /// Sum of the climbs, in m.
     pub climb_m: f64,
-    /// Departure since the beginning of its year, in s.
-    pub departure_s_of_year: f64,
     /// The truck; empty where it is missing.
     pub truck: String,
     /// The driver; empty where it is missing.
     pub driver: String,
+    /// The route; empty where it is missing.
+    pub route: String,
+    /// The group; empty where it is missing.
+    pub group: String,
+    /// When it departed, in s since 1900.
+    pub time_s: f64,
+    /// When it departed, in s from the beginning of the year.
+    pub s_of_year: f64,
+}
+
+/// Time since 1900, in s, of a date such as `2024-03-01` or `2024-03-01T14:00`.
+pub fn time_of(date: &str) -> Option<f64> {
+    date::time_of(date)
 }
 
 /// A row as it is read.
@@ -144,9 +155,12 @@ fn read_row(row: &Row, amount: Amount, says_full: bool) -> Result<Read, TableErr
         driving_s: row.number(Quantity::DrivingTime)?,
         duration_s: row.number(Quantity::Duration)?,
         climb_m: row.number(Quantity::Climb)?,
-        departure_s_of_year: date::second_of_year(row.text(Quantity::Date)).unwrap_or(f64::NAN),
         truck: row.text(Quantity::Truck).to_owned(),
         driver: row.text(Quantity::Driver).to_owned(),
+        route: row.text(Quantity::RouteName).to_owned(),
+        group: row.text(Quantity::Group).to_owned(),
+        time_s: date::time_of(row.text(Quantity::Date)).unwrap_or(f64::NAN),
+        s_of_year: date::second_of_year(row.text(Quantity::Date)).unwrap_or(f64::NAN),
     };
     Ok(Read {
         total,
@@ -210,10 +224,12 @@ pub fn of_drive(
         driving_s: duration_s - rest_s,
         duration_s,
         climb_m: f64::NAN,
-        departure_s_of_year: SECONDS_PER_DAY * first(Quantity::DayOfYear)
-            + first(Quantity::TimeOfDay),
         truck: drive.truck.clone().unwrap_or_default(),
         driver: String::new(),
+        route: String::new(),
+        group: String::new(),
+        time_s: f64::NAN,
+        s_of_year: SECONDS_PER_DAY * first(Quantity::DayOfYear) + first(Quantity::TimeOfDay),
     };
     is_whole.then_some((amount_is, total))
 }

@@ -7,6 +7,7 @@
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python arrive as converted values")]
 
 mod answer;
+mod benchmark;
 mod calibrate;
 mod compare;
 mod error;
@@ -39,6 +40,7 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<operating_cycle::PyOperatingCycle>()?;
     module.add_class::<table::Table>()?;
     module.add_function(wrap_pyfunction!(run::load, module)?)?;
+    module.add_function(wrap_pyfunction!(benchmark::benchmark, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate::calibrate_curve_speed, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_curve_speed, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_speed_change, module)?)?;

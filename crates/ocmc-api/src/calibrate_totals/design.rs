@@ -2,8 +2,8 @@
 //! somewhat beyond, on the loads and lengths of the table, with the rows' noise.
 
 use super::question::Question;
-use super::rows::{Noise, Rows, totals};
 use crate::error::Error;
+use crate::totals_rows::{Noise, Rows, totals};
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
@@ -11,7 +11,7 @@ use ocmc_estimation::calibration::totals::Member;
 use ocmc_fleet::quantity::NamedQuantity;
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_io::study::{JudgedNumbers, LoadedStudy};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::ops::ControlFlow;
 
 /// Simulated fleets.
@@ -168,9 +168,4 @@ pub(super) fn change(quantity: &NamedQuantity, before: &[Record], after: &[Recor
     });
     let change = (sums[2] / sums[3]) / (sums[0] / sums[1]) - 1.0;
     change.is_finite().then_some(change)
-}
-
-/// An empirical law of values.
-pub(super) fn empirical(values: &[f64]) -> Value {
-    json!({ "distribution": "empirical", "values": values })
 }

@@ -1,7 +1,7 @@
 //! What a calibrated study expects of a trip of known weight and length, and how far a measured trip
 //! is from it.
 
-use super::rows::{Noise, Rows, totals};
+use crate::totals_rows::{Noise, Rows, totals};
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::record::Record;
 use ocmc_estimation::calibration::totals::{Emulator, Known, Member, Response, TotalsRow};

@@ -1,8 +1,8 @@
 //! What further columns of a table would tell.
 
 use super::design::Driven;
-use super::rows::Rows;
 use super::{Found, Question};
+use crate::totals_rows::Rows;
 use ocmc_estimation::calibration::totals::{
     Emulator, Known, Member, Response, Shared, TotalsRow, expected,
 };

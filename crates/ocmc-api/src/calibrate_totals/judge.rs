@@ -1,7 +1,7 @@
 //! Checks of a table of totals against the study that it is compared with. Some errors of tables look
 //! like a fleet of its own; they are named where a figure gives them away.
 
-use super::rows::Rows;
+use crate::totals_rows::Rows;
 use ocmc_estimation::calibration::totals::{Posterior, Response};
 use ocmc_io::intake::Finding;
 use ocmc_io::number_text::{percent, rounded};

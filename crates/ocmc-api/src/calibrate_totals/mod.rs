@@ -5,7 +5,6 @@ mod expectation;
 mod further;
 mod judge;
 mod question;
-mod rows;
 mod shape;
 mod text;
 mod written;
@@ -13,23 +12,22 @@ mod written;
 use crate::answer::Answer;
 use crate::error::Error;
 use crate::source::{Mapping, Source};
+use crate::totals_rows::{Rows, per_distance};
 use crate::watch::{Watch, watched};
 use design::{ASKED, Design, Driven, MEMBERS, TRIPS};
 use further::{Further, further};
 use judge::{Judged, judge};
-use ocmc_core::record::{self, Record};
 use ocmc_estimation::calibration::totals::{
     Emulator, Known, Member, MemberEmulator, Posterior, Response, Shared, TotalsRow, posterior,
 };
 use ocmc_estimation::fit::fleet::{FleetOptions, FleetTable, fit};
-use ocmc_fleet::quantity::{LITRES, NamedQuantity, shared_consumption};
+use ocmc_fleet::quantity::{NamedQuantity, shared_consumption};
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_io::intake::FileAccount;
 use ocmc_io::label::label;
 use ocmc_io::number_text::count_of;
 use ocmc_io::study::{FittedPart, LoadedStudy};
-use ocmc_io::trip_totals::{self, Amount, TripTotal, TripTotals};
-use rows::Rows;
+use ocmc_io::trip_totals::{self, TripTotal, TripTotals};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -37,10 +35,10 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use written::{Written, kept};
 
+pub use crate::totals_rows::Noise;
 use expectation::Expectation;
 pub use expectation::HeldBackTrip;
 pub use question::Question;
-pub use rows::Noise;
 pub use shape::Shape;
 pub use written::CalibratedNumbers;
 
@@ -268,33 +266,6 @@ pub(crate) fn calibrated(
     let held_back = TripTotals { rows: held_back.to_vec(), ..table };
     let held_back = Rows::new(&held_back, noise, curb_kg, trip_m, &per_distance);
     Ok((answer, expectation.of(&held_back)))
-}
-
-/// Consumption, in the unit of the quantity, of an amount over a metre.
-fn per_distance(
-    trips: &Source,
-    table: &TripTotals,
-    quantity: &NamedQuantity,
-    tasted: &[Record],
-) -> Result<impl Fn(Amount, f64) -> f64 + use<>, Error> {
-    let electric = label(quantity.column).0.starts_with("kWh");
-    if electric != (table.amount == Amount::KilowattHours)
-        || (table.amount == Amount::Litres && quantity.column != LITRES)
-    {
-        let (path, column) = (trips.path().to_owned(), quantity.column.to_owned());
-        return Err(Error::OtherCarrier { path, column });
-    }
-    // litres of the study's fuel for each kilogram
-    let of_kg = tasted.iter().find_map(|record| {
-        let kg = record::column("fuel_kg")?.get(record).number()?;
-        Some(quantity.of_cycle(record)? * record.distance_m / kg / 1e5)
-    });
-    let litres_per_kg = if quantity.column == LITRES { of_kg.unwrap_or(1.0) } else { 1.0 };
-    Ok(move |amount, per_m| match amount {
-        Amount::Litres => 1e5 * per_m,
-        Amount::Kilograms => 1e5 * litres_per_kg * per_m,
-        Amount::KilowattHours => 1e3 * per_m,
-    })
 }
 
 /// What the rows were found to tell.

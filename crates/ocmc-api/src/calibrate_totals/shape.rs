@@ -1,6 +1,6 @@
 //! Mean and quantiles of a fleet's consumption, of a table, of a study, and of both together.
 
-use super::rows::Rows;
+use crate::totals_rows::Rows;
 use ocmc_core::record::Record;
 use ocmc_fleet::quantity::NamedQuantity;
 use serde::Serialize;

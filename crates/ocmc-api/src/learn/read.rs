@@ -140,7 +140,7 @@ impl Read {
         let LearnRequest { seed, hold_back, .. } = request;
         table.rows.iter().cloned().partition(|row| {
             let place = row.place.to_string();
-            is_held_back(*seed, *hold_back, &row.truck, row.departure_s_of_year / 86_400.0, &place)
+            is_held_back(*seed, *hold_back, &row.truck, row.s_of_year / 86_400.0, &place)
         })
     }
 

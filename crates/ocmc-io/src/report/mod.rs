@@ -2,6 +2,7 @@
 //! without scripts.
 
 mod anchors;
+mod benchmark;
 mod charging;
 mod charging_pictures;
 mod comparison;
@@ -26,6 +27,9 @@ mod validation;
 use crate::label::{label, remarks};
 use crate::number_text::{grouped, rounded};
 use crate::run_directory::{Manifest, RunDirectoryError, RunSummary, StoredRun, read_groups};
+pub use benchmark::{
+    BenchmarkBar, BenchmarkChange, BenchmarkPage, BenchmarkRanking, benchmark_html,
+};
 pub use comparison::{ComparisonPage, PairPicture, comparison_html};
 pub use doubt::{DoubtBar, DoubtPage, doubt_html};
 pub use gathered::Gathered;

@@ -123,6 +123,23 @@ pub(crate) fn best_ratios(trips: &Trips) -> ([f64; 2], f64) {
     if fewer.1 <= both.1 + NO_GAIN { fewer } else { both }
 }
 
+/// The level's gain in −2 l over no effect of it, all else at its best, and the probability of as
+/// much by chance: half of χ²₁ lies at 0, as an SD has no sign.
+///
+/// Source: S. G. Self, K.-Y. Liang, Journal of the American Statistical Association 82 (1987)
+/// 605-610, case 5 \[PK\].
+pub(crate) fn test_of(trips: &Trips, family: usize) -> (f64, f64) {
+    let (_, with) = best_ratios(trips);
+    let other = 1 - family;
+    let without = match trips.families[other].len() {
+        0 => trips.criterion([0.0; 2]),
+        _ => alone(trips, other).1,
+    };
+    let gain = (without - with).max(0.0);
+    let p = if gain > NO_GAIN { 1.0 - p_value::normal_probability(libm::sqrt(gain)) } else { 1.0 };
+    (gain, p)
+}
+
 impl Components {
     /// By restricted maximum likelihood; none where a fixed effect is not determined, or where
     /// trucks and drivers leave nothing to the trips.

@@ -56,6 +56,8 @@ pub struct LeagueMember {
     pub reliability: f64,
     /// Mean of its rank over the draws, from 1.
     pub expected_rank: f64,
+    /// How likely it is truly better than the median of all.
+    pub better_than_median: f64,
     /// How likely it is truly the first.
     pub is_first: f64,
     /// How likely it truly stands before the next one.
@@ -96,6 +98,7 @@ struct Counts {
     order: Vec<usize>,
     ranks: Vec<u64>,
     firsts: Vec<u64>,
+    better: Vec<u64>,
     three: u64,
     whole: u64,
     sorted: Vec<usize>,
@@ -111,7 +114,8 @@ impl Counts {
             sorted: order.clone(),
             order,
             ranks: none.clone(),
-            firsts: none,
+            firsts: none.clone(),
+            better: none,
             three: 0,
             whole: 0,
         }
@@ -122,6 +126,7 @@ impl Counts {
         self.sorted.sort_by(|a, b| best.key(effects[*a]).total_cmp(&best.key(effects[*b])));
         for (rank, member) in self.sorted.iter().enumerate() {
             self.ranks[*member] += rank as u64 + 1;
+            self.better[*member] += u64::from(2 * rank + 1 < self.order.len());
         }
         self.firsts[self.sorted[0]] += 1;
         if self.order.len() > 3 {
@@ -159,6 +164,7 @@ fn league(
             predicted: fleet + own.mean,
             reliability: (1.0 - own.variance / (sd * sd)).max(0.0),
             expected_rank: share(counts.ranks[*member]),
+            better_than_median: share(counts.better[*member]),
             is_first: share(counts.firsts[*member]),
             before_next: before_next.map(normal_probability),
         }

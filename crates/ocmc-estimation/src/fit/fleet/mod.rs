@@ -19,7 +19,7 @@ mod telling_apart;
 mod trips;
 
 use crate::option_check::{OptionError, check_options};
-use components::Components;
+use components::{Components, test_of};
 use next_year::{Around, next_year};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -247,6 +247,40 @@ pub fn fit(table: &FleetTable, options: &FleetOptions) -> Result<FleetFit, Fleet
         next_year: next_year(&trips, &around, options),
         notes,
     })
+}
+
+/// The test whether members of a level differ at all.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LevelTest {
+    /// `truck`, `driver` or `truck_and_driver`.
+    pub level: &'static str,
+    /// Restricted likelihood ratio, in −2 l.
+    pub statistic: f64,
+    /// Probability of as large a one where they do not differ.
+    pub p: f64,
+}
+
+/// Tests the levels of the records of a fleet.
+///
+/// # Errors
+/// [`FleetFitError`].
+pub fn level_tests(
+    table: &FleetTable,
+    options: &FleetOptions,
+) -> Result<Vec<LevelTest>, FleetFitError> {
+    options.check()?;
+    let trips = Trips::of(table, options)?;
+    let families = (0..2).filter(|family| trips.families[*family].len() > 1);
+    let test = |family| {
+        let (statistic, p) = test_of(&trips, family);
+        let level = match (family, trips.design) {
+            (0, FleetDesign::TruckAndDriver) => "truck_and_driver",
+            (0, _) => "truck",
+            _ => "driver",
+        };
+        LevelTest { level, statistic, p }
+    };
+    Ok(families.map(test).collect())
 }
 
 /// Each month beside the mean of all trips.

@@ -28,6 +28,8 @@ pub struct FleetTable {
     pub value: Vec<f64>,
     /// How much a trip counts, such as its length: its variance is inverse to that.
     pub weight: Option<Vec<f64>>,
+    /// Columns whose effects are the same for all: part of the model, as the months are.
+    pub covariates: Vec<Vec<f64>>,
     /// Departure, in s from the beginning of the year.
     pub departure_s_of_year: Option<Vec<f64>>,
     /// Whether it was completed.
@@ -84,7 +86,7 @@ pub(crate) struct Block {
 pub(crate) struct Trips {
     pub(crate) n: usize,
     pub(crate) design: FleetDesign,
-    /// Fixed effects: 1 and the months but for the first.
+    /// Fixed effects: 1, the months but for the first, and the covariates.
     pub(crate) width: usize,
     /// The months that occur, from 0; empty where they are no part of the model.
     pub(crate) months: Vec<usize>,
@@ -123,6 +125,8 @@ fn month(departure_s_of_year: f64) -> Option<usize> {
 
 /// A row that counts.
 struct Row {
+    /// Its place in the table.
+    place: usize,
     truck: usize,
     driver: usize,
     month: usize,
@@ -158,6 +162,7 @@ fn fault(table: &FleetTable, k: usize, with_months: bool) -> Option<&'static str
         () if table.truck[k].is_empty() => Some("no_truck"),
         () if table.driver.as_ref().is_some_and(|driver| driver[k].is_empty()) => Some("no_driver"),
         () if !table.value[k].is_finite() => Some("no_value"),
+        () if table.covariates.iter().any(|column| !column[k].is_finite()) => Some("no_covariate"),
         () if !(weight > 0.0 && weight.is_finite()) => Some("no_weight_above_0"),
         () if with_months && month(departure).is_none() => Some("no_departure_of_the_year"),
         () => None,
@@ -186,7 +191,7 @@ impl Trips {
             let departure = table.departure_s_of_year.as_ref().map_or(0.0, |all| all[k]);
             let month = if options.month { month(departure).unwrap_or(0) } else { 0 };
             let weight = table.weight.as_ref().map_or(1.0, |weight| weight[k]);
-            rows.push(Row { truck, driver, month, value: table.value[k], weight });
+            rows.push(Row { place: k, truck, driver, month, value: table.value[k], weight });
         }
         let n = rows.len();
         if trucks.names.len() < 2 {
@@ -238,19 +243,19 @@ impl Trips {
             pairs: pairs.len(),
             dropped,
         };
-        reduced.width += reduced.months.len().saturating_sub(1);
+        reduced.width += reduced.months.len().saturating_sub(1) + table.covariates.len();
         let effects = reduced.families[0].len() + reduced.families[1].len() - reduced.blocks.len();
         let used = effects.max(1) + reduced.width - usize::from(effects > 0);
         if used >= n || reduced.families[0].trips.len() >= n {
             return Err(FleetFitError::NoRepeats { trips: n, trucks: counted[0] });
         }
         reduced.residual_df = n - used;
-        reduced.sum(&rows);
+        reduced.sum(&rows, &table.covariates);
         Ok(reduced)
     }
 
     /// Sums the rows up.
-    fn sum(&mut self, rows: &[Row]) {
+    fn sum(&mut self, rows: &[Row], covariates: &[Vec<f64>]) {
         let q = self.width + 1;
         let total: f64 = rows.iter().map(|row| row.weight).sum();
         self.shift = rows.iter().map(|row| row.weight * row.value).sum::<f64>() / total;
@@ -266,6 +271,9 @@ impl Trips {
             x[0] = 1.0;
             if let Some(place) = self.months.iter().skip(1).position(|month| *month == row.month) {
                 x[place + 1] = 1.0;
+            }
+            for (x, column) in x[q - 1 - covariates.len()..].iter_mut().zip(covariates) {
+                *x = column[row.place];
             }
             x[q - 1] = row.value - self.shift;
             for a in 0..q {

@@ -104,10 +104,15 @@ pub(super) fn day_of_year(time_s: f64) -> f64 {
     f64::from(day - 1) + (time_s - whole * DAY_S) / DAY_S
 }
 
+/// Time since 1900, in s, of a date with or without a time, as its clock shows it.
+pub(crate) fn time_of(text: &str) -> Option<f64> {
+    let whole_day = || stamp(text.trim(), "00:00", None);
+    Some(parse(text).or_else(whole_day)?.0)
+}
+
 /// Time since the beginning of its year, in s, of a date with or without a time.
 pub(crate) fn second_of_year(text: &str) -> Option<f64> {
-    let whole_day = || stamp(text.trim(), "00:00", None);
-    let (time_s, _) = parse(text).or_else(whole_day)?;
+    let time_s = time_of(text)?;
     // months are those of a year without a leap day: its 29 February is a second 28th
     let day = day_of_year(time_s);
     let is_leap =

@@ -191,6 +191,8 @@ pub const TRIP_TOTALS: Schema = Schema {
         Field::of(Q::FullTank),
         Field::named(Q::Truck, &[("", &["truck_id", "truck", "vehicle_id", "vehicle"])]),
         Field::named(Q::Driver, &[("", &["driver_id", "driver"])]),
+        Field::named(Q::RouteName, &[("", &["route", "route_id", "tour", "relation"])]),
+        Field::of(Q::Group),
         Field::named(
             Q::Date,
             &[("", &["departure", "date", "start", "start_time", "departure_time"])],

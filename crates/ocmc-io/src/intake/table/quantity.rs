@@ -94,6 +94,8 @@ pub enum Quantity {
     Climb,
     Odometer,
     FullTank,
+    RouteName,
+    Group,
 }
 
 /// An entry of the vocabulary.
@@ -133,7 +135,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 84] = [
+pub const VOCABULARY: [Entry; 86] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -262,6 +264,8 @@ pub const VOCABULARY: [Entry; 84] = [
     entry(Q::Odometer, &["odometer"], unit::LENGTH, "odometer", "where fuel was filled in"),
     entry(Q::FullTank, &["full", "full_tank"], unit::TEXT, "full tank",
         "`yes`, `true`, `full` or 1 where a fill filled the tank; anything else: in part"),
+    entry(Q::RouteName, &["route"], unit::TEXT, "route", "which route a trip drove"),
+    entry(Q::Group, &["group"], unit::TEXT, "group", "which group a trip is of, such as a tyre"),
 ];
 
 impl Quantity {

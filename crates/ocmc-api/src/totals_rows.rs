@@ -1,11 +1,13 @@
-//! The rows of a table as a calibration takes them, and the trips of a simulated fleet as such rows.
+//! The rows of a table of totals as a question takes them, and the trips of a simulated fleet as such rows.
 
-use super::design::empirical;
-use ocmc_core::record::Record;
+use crate::error::Error;
+use crate::source::Source;
+use ocmc_core::record::{self, Record};
 use ocmc_estimation::calibration::totals::{Response, TotalsRow};
-use ocmc_fleet::quantity::NamedQuantity;
+use ocmc_fleet::quantity::{LITRES, NamedQuantity};
+use ocmc_io::label::label;
 use ocmc_io::trip_totals::{Amount, TripTotal, TripTotals};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// Most values of a law that is written: quantiles of more rows.
 const MOST_VALUES: usize = 200;
@@ -25,28 +27,28 @@ pub struct Noise {
 }
 
 /// The rows that count.
-pub(super) struct Rows {
-    pub(super) totals: Vec<TotalsRow>,
+pub(crate) struct Rows {
+    pub(crate) totals: Vec<TotalsRow>,
     /// The rows of the table, in the same order.
-    pub(super) of_table: Vec<TripTotal>,
+    pub(crate) of_table: Vec<TripTotal>,
     /// Consumption of each, in the unit of the quantity.
-    pub(super) consumption: Vec<f64>,
+    pub(crate) consumption: Vec<f64>,
     /// Gross weights, their spread without that of their noise.
-    pub(super) gross_kg: Option<Vec<f64>>,
+    pub(crate) gross_kg: Option<Vec<f64>>,
     /// Payloads that the table has instead.
-    pub(super) payload_kg: Option<Vec<f64>>,
+    pub(crate) payload_kg: Option<Vec<f64>>,
     /// Lengths; none of ways between fills, which are no trips.
-    pub(super) lengths_m: Option<Vec<f64>>,
+    pub(crate) lengths_m: Option<Vec<f64>>,
     /// The responses that the table has.
-    pub(super) responses: Vec<Response>,
+    pub(crate) responses: Vec<Response>,
     /// Rows without what the others have.
-    pub(super) incomplete: usize,
+    pub(crate) incomplete: usize,
 }
 
 impl Rows {
     /// The rows of a table; `per_distance`: consumption of an amount over a metre. `trip_m`: the
     /// length of a trip, where a row is a way between fills.
-    pub(super) fn new(
+    pub(crate) fn new(
         table: &TripTotals,
         noise: &Noise,
         curb_kg: f64,
@@ -114,12 +116,12 @@ impl Rows {
     }
 
     /// Whether the gross weights are known.
-    pub(super) fn has_gross(&self) -> bool {
+    pub(crate) fn has_gross(&self) -> bool {
         self.totals.first().is_some_and(|row| row.gross_kg > 0.0)
     }
 
     /// The laws of payload and length that the table has, for a truck of this mass.
-    pub(super) fn laws(&self, curb_kg: f64, most_kg: Option<f64>) -> Vec<(String, Value)> {
+    pub(crate) fn laws(&self, curb_kg: f64, most_kg: Option<f64>) -> Vec<(String, Value)> {
         let mut laws = Vec::new();
         let payload = match (&self.gross_kg, &self.payload_kg) {
             (Some(gross), _) => {
@@ -144,6 +146,38 @@ impl Rows {
         }
         laws
     }
+}
+
+/// Consumption, in the unit of the quantity, of an amount over a metre.
+pub(crate) fn per_distance(
+    trips: &Source,
+    table: &TripTotals,
+    quantity: &NamedQuantity,
+    tasted: &[Record],
+) -> Result<impl Fn(Amount, f64) -> f64 + use<>, Error> {
+    let electric = label(quantity.column).0.starts_with("kWh");
+    if electric != (table.amount == Amount::KilowattHours)
+        || (table.amount == Amount::Litres && quantity.column != LITRES)
+    {
+        let (path, column) = (trips.path().to_owned(), quantity.column.to_owned());
+        return Err(Error::OtherCarrier { path, column });
+    }
+    // litres of the study's fuel for each kilogram
+    let of_kg = tasted.iter().find_map(|record| {
+        let kg = record::column("fuel_kg")?.get(record).number()?;
+        Some(quantity.of_cycle(record)? * record.distance_m / kg / 1e5)
+    });
+    let litres_per_kg = if quantity.column == LITRES { of_kg.unwrap_or(1.0) } else { 1.0 };
+    Ok(move |amount, per_m| match amount {
+        Amount::Litres => 1e5 * per_m,
+        Amount::Kilograms => 1e5 * litres_per_kg * per_m,
+        Amount::KilowattHours => 1e3 * per_m,
+    })
+}
+
+/// An empirical law of values.
+fn empirical(values: &[f64]) -> Value {
+    json!({ "distribution": "empirical", "values": values })
 }
 
 /// Values with the spread that noise of this SD, as a share of each, has added taken off, about their
@@ -173,7 +207,7 @@ fn thinned(mut values: Vec<f64>, step: f64) -> Vec<f64> {
 
 /// A simulated trip as a row of a table with noise; none where it did not arrive. `errors`: normal
 /// draws for the amount and the weight.
-pub(super) fn totals(
+pub(crate) fn totals(
     record: &Record,
     curb_kg: f64,
     quantity: &NamedQuantity,
