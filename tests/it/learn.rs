@@ -36,10 +36,11 @@ fn trips() -> String {
 /// Hours of a place whose mean temperature is 276 K.
 fn weather() -> String {
     let row = |k: u32| {
-        let swing = 8.0 * libm::sin(f64::from(k) / 24.0) + f64::from(k * 7919 % 13) / 3.0;
-        format!("{},{:.2}\n", 3600 * k, 274.0 + swing)
+        let turn = |hours: f64| (std::f64::consts::TAU * f64::from(k) / hours).sin();
+        let other = f64::from(k / 24 * 7919 % 13) / 3.0;
+        format!("{},{:.2}\n", 3600 * k, 274.0 + 9.0 * turn(8760.0) + 3.0 * turn(24.0) + other)
     };
-    let timed: String = (0..2000).map(row).collect();
+    let timed: String = (0..8760).map(row).collect();
     format!("time_s,temperature_k\n{timed}")
 }
 
@@ -75,12 +76,13 @@ fn a_study_is_learnt_from_a_folder_and_says_of_each_number_where_it_is_from() {
     let totals = answer.totals.as_ref().unwrap();
     assert!((totals.simulated.mean / totals.table.mean - 1.0).abs() < 1e-9);
     assert!(answer.doubt[1].together < answer.doubt[0].together, "{:?}", answer.doubt);
-    // trips that it was not learnt from: binomial, 3 SDs below 90 % of 5 to 20
+    // trips that it was not learnt from, some 15 % each beside what is expected
     let held = answer.held_back.as_ref().unwrap();
     let (within, n) = (held.within as f64, held.trips.len() as f64);
-    assert!(held.learnt_from + held.trips.len() == TRIPS as usize && (4.0..25.0).contains(&n));
+    assert!(held.learnt_from + held.trips.len() == TRIPS as usize && (10.0..=12.0).contains(&n));
     assert!(within >= 0.9 * n - 3.0 * (0.09 * n).sqrt(), "{within} of {n}");
-    assert!((held.expected / held.measured - 1.0).abs() < 0.1, "{held:?}");
+    let off = held.expected / held.measured - 1.0;
+    assert!(off.abs() < 4.0 * 0.15 / n.sqrt(), "{held:?}");
     // each number says where it is from
     let mine = study::load_text("mine.toml", &answer.study_toml, &[] as &[&str]).unwrap();
     let standing = |key: &str| {

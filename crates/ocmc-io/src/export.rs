@@ -13,7 +13,7 @@ use std::{fs, io};
 
 /// Most folders below each other.
 const MOST_DEEP: usize = 8;
-/// Digits of a checksum that tell whether a trip is held back.
+/// Digits of a checksum of which a number is made.
 const DIGITS: usize = 12;
 
 /// What a file of an export is.
@@ -140,16 +140,19 @@ fn collect(folder: &Path, deep: usize, found: &mut Vec<PathBuf>) -> io::Result<(
     Ok(())
 }
 
-/// Whether a trip is among the share of them that is held back: all trips of a truck on a day are, or
-/// none; of what names neither, each row by itself. The same seed holds the same ones back in every
-/// file.
-pub fn is_held_back(seed: u64, share: f64, truck: &str, day_of_year: f64, otherwise: &str) -> bool {
-    let day =
-        if day_of_year.is_finite() { libm::floor(day_of_year).to_string() } else { String::new() };
-    let other = if truck.is_empty() || day.is_empty() { otherwise } else { "" };
-    let digits = sha256::of_bytes(format!("{seed}\n{truck}\n{day}\n{other}").as_bytes());
-    let drawn = u64::from_str_radix(&digits[..DIGITS], 16).expect("hexadecimal digits") as f64;
-    drawn < share * libm::exp2(4.0 * DIGITS as f64)
+/// A number from 0 to 1 that is drawn for a trip: one for all trips of a truck on a day, and of what
+/// names neither for each row by itself. The trips with the smallest ones are held back, the same ones
+/// in every file.
+pub fn drawn(seed: u64, truck: &str, day_of_year: f64, otherwise: &str) -> f64 {
+    let is_known = !truck.is_empty() && day_of_year.is_finite();
+    let key = if is_known {
+        format!("{seed}\n{truck}\n{}", libm::floor(day_of_year))
+    } else {
+        format!("{seed}\n\n\n{otherwise}")
+    };
+    let digits = sha256::of_bytes(key.as_bytes());
+    let number = u64::from_str_radix(&digits[..DIGITS], 16).expect("hexadecimal digits");
+    number as f64 / libm::exp2(4.0 * DIGITS as f64)
 }
 
 #[cfg(test)]
@@ -190,17 +193,16 @@ mod tests {
     }
 
     #[test]
-    fn trips_of_a_truck_on_a_day_are_held_back_together() {
-        let held = |truck: &str, day: f64, row: &str| is_held_back(3, 0.2, truck, day, row);
+    fn trips_of_a_truck_on_a_day_are_drawn_together_and_uniformly() {
+        let draw = |truck: &str, day: f64, row: &str| drawn(3, truck, day, row);
         for day in 0..20 {
             let day = f64::from(day);
-            assert_eq!(held("a", day, "1"), held("a", day + 0.9, "2"));
+            assert_eq!(draw("a", day, "1"), draw("a", day + 0.9, "2"));
         }
+        assert_ne!(draw("a", f64::NAN, "1"), draw("a", f64::NAN, "2"));
         // of 2000 groups a fifth: 400 ± 18
-        let count =
-            (0..2000).filter(|k| held(&format!("t{}", k / 40), f64::from(k % 40), "")).count();
+        let all = (0..2000).map(|k| draw(&format!("t{}", k / 40), f64::from(k % 40), ""));
+        let count = all.filter(|drawn| *drawn < 0.2).count();
         assert!((340..460).contains(&count), "{count}");
-        let rows = (0..2000).filter(|k| held("a", f64::NAN, &k.to_string())).count();
-        assert!((340..460).contains(&rows), "{rows}");
     }
 }

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::source::Source;
 use crate::watch::{Progress, Watch};
 use ocmc_estimation::log::road::{MissingLimits, RoadOptions};
-use ocmc_io::export::{ExportKind, files, is_held_back, kind_of};
+use ocmc_io::export::{ExportKind, drawn, files, kind_of};
 use ocmc_io::file_error::FileError;
 use ocmc_io::given_cycle;
 use ocmc_io::intake::FileAccount;
@@ -14,6 +14,8 @@ use ocmc_io::log::roads::FoundRoads;
 use ocmc_io::table::Quantity;
 use ocmc_io::trip_totals::{self, TripTotal, TripTotals};
 use std::path::{Path, PathBuf};
+
+const SECONDS_PER_DAY: f64 = 86_400.0;
 
 /// What was read.
 pub(super) struct Read {
@@ -24,6 +26,8 @@ pub(super) struct Read {
     pub(super) totals: Option<(TripTotals, PathBuf)>,
     pub(super) inputs: Vec<FileAccount>,
     pub(super) warnings: Vec<String>,
+    /// Trips whose drawn number is below it are held back.
+    bound: f64,
 }
 
 impl Read {
@@ -36,11 +40,15 @@ impl Read {
             totals: None,
             inputs: Vec::new(),
             warnings: Vec::new(),
+            bound: request.hold_back,
         };
         let mut of_logs: Option<TripTotals> = None;
-        for (done, path) in found.iter().enumerate() {
+        let mut kinds: Vec<_> = found.iter().map(|path| (path, kind_of(path, mappings))).collect();
+        // totals first: they say which trips are held back
+        kinds.sort_by_key(|(_, kind)| !matches!(kind, Ok(Some(ExportKind::Totals))));
+        for (done, (path, kind)) in kinds.into_iter().enumerate() {
             Progress::of_logs(done, found.len()).look(watch)?;
-            let (kind, left_out) = match kind_of(path, mappings) {
+            let (kind, left_out) = match kind {
                 Ok(Some(kind)) => {
                     let result = read.take(request, kind, path, &mut of_logs);
                     (Some(kind), result.err())
@@ -51,6 +59,7 @@ impl Read {
             let path = path.strip_prefix(folder).unwrap_or(path).to_owned();
             read.files.push(LearntFile { path, kind, left_out });
         }
+        read.files.sort_by(|a, b| a.path.cmp(&b.path));
         if read.totals.is_none() {
             read.totals = of_logs.map(|totals| (totals, folder.clone()));
         }
@@ -75,7 +84,9 @@ impl Read {
                 let (totals, account) =
                     trip_totals::read(source.lent(), mappings).map_err(|e| e.to_string())?;
                 self.inputs.push(account);
-                self.join(totals, path)
+                self.join(totals, path)?;
+                self.bound = self.bound(request);
+                Ok(())
             }
             ExportKind::Log => {
                 let options = RoadOptions {
@@ -83,7 +94,7 @@ impl Read {
                     curb_mass_kg: Some(request.base.1.model.vehicle.curb_mass_kg),
                     ..RoadOptions::default()
                 };
-                let is_held_back = |drive: &LoggedTrip| held_back_drive(request, drive);
+                let is_held_back = |drive: &LoggedTrip| self.is_held_back(request, drive);
                 let apart =
                     FoundRoads::of_log_apart(source.lent(), mappings, &options, &is_held_back);
                 let ([mut others, held], totals) = apart.map_err(|error| error.to_string())?;
@@ -137,11 +148,23 @@ impl Read {
         request: &LearnRequest,
         table: &TripTotals,
     ) -> (Vec<TripTotal>, Vec<TripTotal>) {
-        let LearnRequest { seed, hold_back, .. } = request;
-        table.rows.iter().cloned().partition(|row| {
-            let place = row.place.to_string();
-            is_held_back(*seed, *hold_back, &row.truck, row.s_of_year / 86_400.0, &place)
-        })
+        table.rows.iter().cloned().partition(|row| drawn_of(request, row) < self.bound)
+    }
+
+    /// The number below which a row is held back: so that the share of the rows is.
+    fn bound(&self, request: &LearnRequest) -> f64 {
+        let rows = self.totals.iter().flat_map(|(table, _)| &table.rows);
+        let mut all: Vec<f64> = rows.map(|row| drawn_of(request, row)).collect();
+        all.sort_by(f64::total_cmp);
+        let count = libm::round(request.hold_back * all.len() as f64) as usize;
+        all.get(count).copied().unwrap_or(request.hold_back)
+    }
+
+    /// Whether the trip of a drive is held back: drives without a truck or a day are not.
+    fn is_held_back(&self, request: &LearnRequest, drive: &LoggedTrip) -> bool {
+        let first = drive.column(Quantity::DayOfYear).and_then(|days| days.first().copied());
+        let (Some(day), Some(truck)) = (first, &drive.truck) else { return false };
+        drawn(request.seed, truck, day, "") < self.bound
     }
 
     /// Files of a kind.
@@ -152,9 +175,7 @@ impl Read {
     }
 }
 
-/// Whether the trip of a drive is held back: drives without a truck or a day are not.
-fn held_back_drive(request: &LearnRequest, drive: &LoggedTrip) -> bool {
-    let first = drive.column(Quantity::DayOfYear).and_then(|days| days.first().copied());
-    let (Some(day), Some(truck)) = (first, &drive.truck) else { return false };
-    is_held_back(request.seed, request.hold_back, truck, day, "")
+/// The number that is drawn for a row.
+fn drawn_of(request: &LearnRequest, row: &TripTotal) -> f64 {
+    drawn(request.seed, &row.truck, row.s_of_year / SECONDS_PER_DAY, &row.place.to_string())
 }
