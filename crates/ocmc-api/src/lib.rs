@@ -32,6 +32,7 @@ mod drive;
 mod error;
 mod fit;
 mod identify;
+mod measured_training;
 mod merge;
 mod precision;
 mod progress;
@@ -92,6 +93,7 @@ pub use identify::{
     ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, Unknown, Unknowns,
     identify,
 };
+pub use measured_training::{MeasuredTrainingAnswer, MeasuredTrainingRequest, measured_training};
 pub use merge::{MergeRequest, merge};
 pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};
