@@ -11,10 +11,10 @@ enough.
     python scripts/benchmark_check.py OCMC --fleets 40 --null 100 --saving 100
 """
 
-# ruff: noqa: PLR0913, PLR2004, S311 (invented fleets, one after the other)
+# ruff: noqa: PLR0913, PLR0915, PLR0917, PLR2004, S311 (invented fleets, one after the other)
 import argparse
 import csv
-import datetime
+import datetime as dt
 import json
 import math
 import random
@@ -26,7 +26,7 @@ from pathlib import Path
 NOISE = 0.03
 LENGTHS = '{ distribution = "uniform", lower = 10000.0, upper = 40000.0 }'
 OFF = ["vehicle.drag_area_m2=6.2", "vehicle.powertrain.combustion.engine.fuel_factor=1.06"]
-START = datetime.date(2023, 1, 1)
+START = dt.date(2023, 1, 1)
 
 
 def run(program, *arguments):
@@ -43,7 +43,14 @@ def pool(program, folder, trips, sets):
     run(program, *options, "--cycles", trips, "--seed", 77, "--out", folder, "--format", "csv", "--quiet")
     with (folder / "records.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["outcome"] == "completed"]
-    keys = ["distance_m", "consumption_l_per_100km", "payload_kg", "climb_m", "departure_s_of_year", "duration_s"]
+    keys = [
+        "distance_m",
+        "consumption_l_per_100km",
+        "payload_kg",
+        "climb_m",
+        "departure_s_of_year",
+        "duration_s",
+    ]
     return [{key: float(row[key]) for key in keys} for row in rows]
 
 
@@ -56,12 +63,12 @@ def fleet(trips, draw, path, options, truck_sd, driver_sd=0.0, saving=0.0):
         drawn.sort(key=lambda trip: trip["payload_kg"] + draw.gauss(0, 6000))
     trucks = [draw.gauss(0, truck_sd) for _ in range(options.trucks)]
     drivers = [draw.gauss(0, driver_sd) for _ in range(options.trucks)]
-    rows, since = [], START + datetime.timedelta(days=365)
+    rows, since = [], START + dt.timedelta(days=365)
     for k, trip in enumerate(drawn):
         truck = k // options.trips
         driver = draw.randrange(max(truck - 2, 0), min(truck + 3, options.trucks))
         # the pool has the season of its own departure
-        day = START + datetime.timedelta(days=int(trip["departure_s_of_year"] // 86400) + 365 * draw.randrange(2))
+        day = START + dt.timedelta(days=int(trip["departure_s_of_year"] // 86400) + 365 * draw.randrange(2))
         effect = trucks[truck] + drivers[driver] + (math.log(1 - saving) if day >= since else 0.0)
         km = trip["distance_m"] / 1e3
         fuel = trip["consumption_l_per_100km"] * km / 100
@@ -128,7 +135,9 @@ def main():
         print(f"{len(trips)} trips in the pool", flush=True)
 
         def asked(table, *more):
-            done = run(options.ocmc, "benchmark", table, "--cycles", options.cycles, "--json", "--quiet", *more)
+            done = run(
+                options.ocmc, "benchmark", table, "--cycles", options.cycles, "--json", "--quiet", *more
+            )
             return json.loads(done)
 
         rank, covered, far, silent = [], [], 0, 0

@@ -10,10 +10,9 @@ from ocmc._summary import Summary
 # fmt: off
 __all__ = [
     "OperatingCycle", "Run", "Study", "Table", "__version__", "benchmark", "calibrate_curve_speed",
-    "compare",
-    "detect_curves", "fit_curve_speed", "fit_fleet", "fit_operating_cycle", "fit_speed_change",
-    "fit_traffic", "fit_weather", "identify", "joined", "label", "learn", "load", "merge", "road",
-    "run_from", "simulator_study", "studies", "unpickled", "unpickled_table", "validate",
+    "compare", "detect_curves", "fit_curve_speed", "fit_fleet", "fit_operating_cycle",
+    "fit_speed_change", "fit_traffic", "fit_weather", "identify", "joined", "label", "learn", "load",
+    "merge", "road", "run_from", "simulator_study", "studies", "unpickled", "unpickled_table", "validate",
     "vehicles",
 ]
 # fmt: on
@@ -37,48 +36,21 @@ def compare(
     threads: SupportsIndex | None = None,
     progress: _Progress = None,
 ) -> Answer: ...
+
+# fmt: off
 def benchmark(
-    trips: object,
-    study: Study,
-    *,
-    columns: _Columns = None,
-    since: str | None = None,
-    group: str | None = None,
-    names: bool = False,
-    speed: bool = True,
-    cycles: int = 3200,
-    seed: SupportsIndex = 1,
-    threads: SupportsIndex | None = None,
-    out: str | PathLike[str] | None = None,
-    progress: _Progress = None,
+    trips: object, study: Study, *, columns: _Columns = None, since: str | None = None,
+    group: str | None = None, names: bool = False, speed: bool = True, cycles: int = 3200,
+    seed: SupportsIndex = 1, threads: SupportsIndex | None = None,
+    out: str | PathLike[str] | None = None, progress: _Progress = None,
 ) -> Answer: ...
 def calibrate_curve_speed(
-    curves: object,
-    study: Study,
-    *,
-    columns: _Columns = None,
-    drivers: int = 240,
-    trips: int = 1,
-    seed: int = 1,
-    least_residual_sd: float = 0.048,
-    radius_range_m: tuple[float, float] = (20.0, 500.0),
-    least_lateral_mps2: float = 0.0,
+    curves: object, study: Study, *, columns: _Columns = None, drivers: int = 240, trips: int = 1,
+    seed: int = 1, least_residual_sd: float = 0.048,
+    radius_range_m: tuple[float, float] = (20.0, 500.0), least_lateral_mps2: float = 0.0,
     progress: _Progress = None,
 ) -> Answer: ...
-def learn(
-    folder: str | PathLike[str],
-    *,
-    base: str = "field-truck",
-    name: str = "my-fleet",
-    columns: _Columns = None,
-    hold_back: float = 0.2,
-    amount_noise: float = 0.03,
-    weight_noise: float = 0.05,
-    seed: SupportsIndex = 1,
-    threads: SupportsIndex | None = None,
-    page: str | PathLike[str] | None = None,
-    progress: _Progress = None,
-) -> Answer: ...
+# fmt: on
 def detect_curves(
     log: object,
     *,

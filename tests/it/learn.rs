@@ -89,8 +89,12 @@ fn a_study_is_learnt_from_a_folder_and_says_of_each_number_where_it_is_from() {
         let number = mine.replaced().iter().find(|number| number.key.starts_with(key));
         number.map(|number| number.standing.clone()).unwrap_or_default()
     };
-    assert!(standing("weather.temperature.mean_k").starts_with("fitted from `weather/hours.csv`"));
-    assert!(standing("mission.payload_kg").starts_with("calibrated on 60 trips of 6 trucks"));
+    for (key, from) in [
+        ("weather.temperature.mean_k", "fitted from `weather/hours.csv`"),
+        ("mission.payload_kg", "calibrated on 60 trips of 6 trucks"),
+    ] {
+        assert!(standing(key).starts_with(from), "{key}: {}", standing(key));
+    }
     assert!(mine.model.uncertain().is_some());
     assert!(answer.text().contains("held back"), "{}", answer.text());
     // neither names of drivers nor places

@@ -176,6 +176,17 @@ pub enum Error {
         /// The study's consumption.
         column: String,
     },
+    /// A benchmark without a ranking of drivers.
+    #[error(
+        "`{}`: {why}; allowed is the `benchmark.json` of a table whose drivers are ranked",
+        path.display()
+    )]
+    NoRankedDrivers {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: &'static str,
+    },
     /// A study of which hardly a trip arrives with the loads and lengths of a table.
     #[error(
         "hardly a trip of {0} arrives with the weights and lengths of the table: give a study of \

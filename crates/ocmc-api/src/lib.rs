@@ -33,6 +33,7 @@ mod error;
 mod fit;
 mod identify;
 mod learn;
+mod measured_training;
 mod merge;
 mod precision;
 mod progress;
@@ -94,6 +95,7 @@ pub use identify::{
     identify,
 };
 pub use learn::{Doubted, HeldBack, LearnAnswer, LearnRequest, LearntFile, LearntPart, learn};
+pub use measured_training::{MeasuredTrainingAnswer, MeasuredTrainingRequest, measured_training};
 pub use merge::{MergeRequest, merge};
 pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};

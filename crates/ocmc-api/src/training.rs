@@ -144,7 +144,7 @@ pub fn training(request: &TrainingRequest, watch: &mut Watch) -> Result<Training
 }
 
 /// Years that the trips of a truck take.
-fn years(loaded: &LoadedStudy) -> u64 {
+pub(crate) fn years(loaded: &LoadedStudy) -> u64 {
     let nesting = loaded.study.nesting();
     let last = nesting.trips_per_truck.saturating_sub(1);
     nesting.days.map_or(1, |days| 1 + days.day_of(last) / 365)

@@ -3,7 +3,8 @@
 use crate::arguments::{MOST_TRIPS, StudyOptions, WorkOptions, check_range, share, whole_number};
 use crate::failure::Failure;
 use clap::Args;
-use ocmc_api::{LAST_CYCLE_ID, RunPlan, TrainingRequest};
+use ocmc_api::{LAST_CYCLE_ID, MeasuredTrainingRequest, RunPlan, TrainingRequest, Watch};
+use std::path::PathBuf;
 
 /// Whose training is asked about.
 #[derive(Clone, Debug, Args)]
@@ -24,6 +25,9 @@ pub(crate) struct TrainingArguments {
     /// middle fifth of drivers]
     #[arg(long, value_name = "KEY=VALUE")]
     coached: Vec<String>,
+    /// Drivers that were measured, instead of simulated ones: the benchmark.json of `ocmc benchmark`
+    #[arg(long, value_name = "FILE", conflicts_with = "coached")]
+    benchmark: Option<PathBuf>,
     /// Master seed
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
     seed: u64,
@@ -43,6 +47,16 @@ pub(crate) fn training(arguments: &TrainingArguments) -> Result<(), Failure> {
     let loaded = loaded.set(&[format!("fleet.trips_per_truck={trips}")])?;
     let cycles = arguments.trucks.saturating_mul(trips);
     check_range(0, cycles)?;
+    if let Some(benchmark) = arguments.benchmark.clone() {
+        let request = MeasuredTrainingRequest {
+            benchmark,
+            study: (loaded.origin.to_string(), &loaded),
+            share: arguments.share,
+            plan: RunPlan::new(arguments.seed, 0, cycles, arguments.work.threads, None),
+        };
+        let ask = |watch: &mut Watch| ocmc_api::measured_training(&request, watch);
+        return arguments.work.answer.print(ask);
+    }
     let request = TrainingRequest {
         study: (loaded.origin.to_string(), &loaded),
         coached: arguments.coached.clone(),

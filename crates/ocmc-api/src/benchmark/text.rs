@@ -56,7 +56,9 @@ pub(super) fn benchmark_text(answer: &BenchmarkAnswer) -> String {
     text.push_str(&fact("ratio", format!("{:.3}{ci95}", answer.ratio)));
     let (driven, wall) = (grouped(answer.driven), short(answer.wall_s));
     text.push_str(&fact("driven", format!("{driven} cycles in {wall} s")));
-    text.push_str(&spread(answer));
+    if answer.measured_sd_between.is_some() {
+        text.push_str(&spread(answer));
+    }
     for level in &answer.levels {
         text.push_str(&ranking(level));
     }
@@ -66,7 +68,7 @@ pub(super) fn benchmark_text(answer: &BenchmarkAnswer) -> String {
         let head = ["", "against", "change", "95 %", "trips", "trucks"];
         text.push_str(&table(&[21, 16, 8, 17, 11, 7], &head, rows));
         for compared in &answer.compared {
-            let _ = writeln!(text, "{}", folded(&how(compared)));
+            let _ = writeln!(text, "{}", folded(&how(compared, compared_members(answer))));
         }
     }
     for remark in &answer.remarks {
@@ -90,6 +92,15 @@ fn folded(text: &str) -> String {
         line.push_str(word);
     }
     lines.join("\n")
+}
+
+/// Members whose trips are compared: drivers where no trucks are named, and trips where nobody is.
+fn compared_members(answer: &BenchmarkAnswer) -> &'static str {
+    match (answer.trucks, answer.drivers) {
+        (Some(_), _) => "trucks",
+        (None, Some(_)) => "drivers",
+        (None, None) => "trips",
+    }
 }
 
 /// Where the differences between the means of trucks come from.
@@ -119,8 +130,8 @@ fn spread(answer: &BenchmarkAnswer) -> String {
         row(&format!("{name}, without chance"), Some(level.sd), &ci95);
     }
     row("a trip beside them", answer.trip_sd, "");
-    let head = ["\nDifferences between trucks, SD in %", "", ""];
-    table(&[34, 8, 18], &head, rows)
+    let head = format!("\nDifferences between {}, SD in %", compared_members(answer));
+    table(&[34, 8, 18], &[&head, "", ""], rows)
 }
 
 /// A ranking, or that there is none.
@@ -178,19 +189,18 @@ fn compared(compared: &Compared) -> [String; 6] {
 }
 
 /// How a difference was found.
-fn how(compared: &Compared) -> String {
+fn how(compared: &Compared, members: &str) -> String {
+    let what = &compared.what;
     if compared.change.is_none() {
         return format!(
-            "`{}` cannot be told from what else differs: no truck, weight, season or route has \
-             trips of both.",
-            compared.what
+            "`{what}` cannot be told from what else differs: {members}, weights, seasons or routes."
         );
     }
-    let within = if compared.is_within_trucks {
-        format!("within {} trucks with trips of both", compared.trucks_of_both)
-    } else {
-        "between trucks: too few have trips of both".to_owned()
+    let within = match (members, compared.is_within_trucks) {
+        ("trips", _) => "between trips, each taken as independent".to_owned(),
+        (_, true) => format!("within {} {members} with trips of both", compared.trucks_of_both),
+        (_, false) => format!("between {members}: too few have trips of both"),
     };
     let routes = if compared.is_of_same_routes { ", on the same routes" } else { "" };
-    format!("`{}` is {within}{routes}; the interval is robust over trucks.", compared.what)
+    format!("`{what}` is {within}{routes}; the interval is robust over {members}.")
 }
