@@ -2,6 +2,7 @@
 
 use super::LearnRequest;
 use super::read::Read;
+use crate::answer::Answer;
 use crate::error::Error;
 use crate::fit::{
     CurveSpeedOptions, CurveSpeedRequest, FitAnswer, SpeedChangeOptions, SpeedChangeRequest,
@@ -12,7 +13,6 @@ use crate::source::Source;
 use crate::watch::Watch;
 use ocmc_core::study::StudyModel;
 use ocmc_io::export::{ExportKind, has_limits};
-use ocmc_io::intake::FileAccount;
 use ocmc_io::number_text::count_of;
 use ocmc_io::study::{LoadedStudy, StudyFileError, StudyPart, load_text, study_of_parts};
 use serde::Serialize;
@@ -35,6 +35,8 @@ pub struct LearntPart {
 pub(super) struct Fits {
     pub(super) parts: Vec<LearntPart>,
     pub(super) written: Vec<StudyPart>,
+    /// What is odd in them, each after what it is of.
+    pub(super) warnings: Vec<String>,
     pub(super) study: LoadedStudy,
 }
 
@@ -47,7 +49,8 @@ impl Fits {
         watch: &mut Watch,
     ) -> Result<Self, Error> {
         let (_, base) = &request.base;
-        let mut fits = Self { parts: Vec::new(), written: Vec::new(), study: (*base).clone() };
+        let (parts, written, warnings) = (Vec::new(), Vec::new(), Vec::new());
+        let mut fits = Self { parts, written, warnings, study: (*base).clone() };
         fits.roads(request, read, all)?;
         let of_kind = |kind| read.of_kind(&request.folder, kind);
         let (mappings, model) = (request.mappings.clone(), &base.model);
@@ -146,7 +149,8 @@ impl Fits {
         sources: String,
         found: Result<Found, Error>,
     ) -> Result<(), Error> {
-        let with = found.map_err(|error| error.to_string()).and_then(|(values, _)| {
+        let with = found.map_err(|error| error.to_string()).and_then(|(values, warnings)| {
+            self.warnings.extend(warnings.into_iter().map(|words| format!("{what}: {words}")));
             let part = StudyPart { command, sources: sources.clone(), values };
             let mut parts = self.written.clone();
             parts.push(part);
@@ -187,7 +191,7 @@ pub(super) fn laid(
 /// Values of a part, and what is odd in them.
 type Found = (Value, Vec<String>);
 
-fn values<Fit>(answer: FitAnswer<Fit>) -> Found {
-    let warnings = answer.inputs.iter().flat_map(FileAccount::warnings).collect();
+fn values<Fit: Serialize>(answer: FitAnswer<Fit>) -> Found {
+    let warnings = answer.warnings();
     (answer.study, warnings)
 }

@@ -133,6 +133,7 @@ pub fn learn(request: &LearnRequest, watch: &mut Watch) -> Result<LearnAnswer, E
         None => None,
     };
     let mut all = Fits::of(request, &read, true, watch)?;
+    warnings.append(&mut all.warnings);
     let (mut totals, mut no_totals) = (None, None);
     match &read.totals {
         Some((table, source)) => {
