@@ -10,7 +10,7 @@ one does, and the trips that were held back are counted in their intervals.
     python scripts/learn_check.py OCMC --fleets 5 --kind gpx
 """
 
-# ruff: noqa: PLR0913, PLR0914, PLR2004, S311 (made-up exports, one after the other)
+# ruff: noqa: PLR0915, S311 (made-up exports, one after the other)
 import argparse
 import csv
 import io
@@ -128,7 +128,10 @@ def export(ocmc, study, kind, folder, draw):
                     f"{at},{truck},{k},{row['speed_kmh']:.2f},{row['lat']:.7f},{row['lon']:.7f},"
                     f"{row['altitude']:.1f},{row['yaw']:.4f},{row['limit_kmh']},{row['fuel_lph']:.2f},{tons:.2f}"
                 )
-    head = "time,truck,trip,speed_kmh,latitude,longitude,altitude_m,yaw_rate_radps,speed_limit_kmh,fuel_rate_lph,gross_weight_t"
+    head = (
+        "time,truck,trip,speed_kmh,latitude,longitude,altitude_m,yaw_rate_radps,speed_limit_kmh,"
+        "fuel_rate_lph,gross_weight_t"
+    )
     for truck, lines in logs.items():
         (folder / f"{truck}.csv").write_text("\n".join([head, *lines]) + "\n")
     head = ["truck", "date", "km", "litres", "gross_weight_t", "driving_h"]
@@ -201,7 +204,9 @@ def main():
                     continue
                 one = derived(out, folder / f"one-{f}-{options.kind}.toml", electric=False)
                 found = answers(options.ocmc, one, 4000, 9)
-                line = [f"fleet {f}: true mean {true['mean']:.1f} (default {default['mean']:.1f}), {se:.1f} % of SE"]
+                line = [
+                    f"fleet {f}: true {true['mean']:.1f} (default {default['mean']:.1f}), {se:.1f} % of SE"
+                ]
                 for who, values in [("learnt", found), ("rows", own), ("default", default)]:
                     off = [error(measure, values[measure], true[measure]) for measure in MEASURES]
                     errors.setdefault(who, []).append(off)

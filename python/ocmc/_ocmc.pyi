@@ -23,21 +23,14 @@ _Columns: TypeAlias = Mapping[str, str] | None
 _Progress: TypeAlias = bool | Callable[[int, int], object] | None
 
 def load(path: str | PathLike[str]) -> Run: ...
-def compare(
-    a: Study,
-    b: Study,
-    *,
-    cycles: SupportsIndex,
-    seed: SupportsIndex = 1,
-    first_cycle: SupportsIndex = 0,
-    column: str | None = None,
-    out: str | PathLike[str] | None = None,
-    format: Literal["parquet", "csv"] | None = None,
-    threads: SupportsIndex | None = None,
-    progress: _Progress = None,
-) -> Answer: ...
 
 # fmt: off
+def compare(
+    a: Study, b: Study, *, cycles: SupportsIndex, seed: SupportsIndex = 1,
+    first_cycle: SupportsIndex = 0, column: str | None = None,
+    out: str | PathLike[str] | None = None, format: Literal["parquet", "csv"] | None = None,
+    threads: SupportsIndex | None = None, progress: _Progress = None,
+) -> Answer: ...
 def benchmark(
     trips: object, study: Study, *, columns: _Columns = None, since: str | None = None,
     group: str | None = None, names: bool = False, speed: bool = True, cycles: int = 3200,
@@ -49,6 +42,12 @@ def calibrate_curve_speed(
     seed: int = 1, least_residual_sd: float = 0.048,
     radius_range_m: tuple[float, float] = (20.0, 500.0), least_lateral_mps2: float = 0.0,
     progress: _Progress = None,
+) -> Answer: ...
+def learn(
+    folder: str | PathLike[str], *, base: str = "field-truck", name: str = "my-fleet",
+    columns: _Columns = None, hold_back: float = 0.2, amount_noise: float = 0.03,
+    weight_noise: float = 0.05, seed: SupportsIndex = 1, threads: SupportsIndex | None = None,
+    page: str | PathLike[str] | None = None, progress: _Progress = None,
 ) -> Answer: ...
 # fmt: on
 def detect_curves(

@@ -12,6 +12,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 LIST = ROOT / "docs" / "figures.toml"
+# the files of the tutorial, which its commands name
+EXPORT = ROOT / "docs" / "src" / "tutorial" / "export"
 
 _NUMBER = r"[\u2212+-]?\d[\d,]*(?:\.\d+)?"
 _UNIT = r"(?:L/100 km|kWh/km|EUR/km|km/h|kWh|kW|MW|%|ns|s|seconds|minutes|times)"
@@ -57,7 +59,7 @@ def _unlisted(page, text, commands):
 
 def _differences(command, text):
     """Yield what a page says otherwise than its command, which meets the studies of the page."""
-    said = _said(command["run"], tuple(_STUDY.findall(text)))
+    said = _said(command["run"], command.get("before"), tuple(_STUDY.findall(text)))
     lines = {_in_line(line) for line in said.splitlines()}
     for mark in command.get("blocks", []):
         block = next((block for block in _BLOCK.findall(text) if mark in block), "")
@@ -73,11 +75,14 @@ def _differences(command, text):
 
 
 @functools.cache
-def _said(run, studies):
+def _said(run, before, studies):
     with tempfile.TemporaryDirectory() as folder:
+        Path(folder, EXPORT.name).symlink_to(EXPORT)
         for study, name in studies:
             Path(folder, name).write_text(study, encoding="utf-8")
-        answer = subprocess.run(shlex.split(run), cwd=folder, capture_output=True, text=True, check=False)
+        for command in filter(None, [before, run]):
+            typed = shlex.split(command)
+            answer = subprocess.run(typed, cwd=folder, capture_output=True, text=True, check=False)
     return answer.stdout + answer.stderr
 
 

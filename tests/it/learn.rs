@@ -4,6 +4,7 @@
 use crate::program::ocmc;
 use ocmc_api::{Answer, Error, LearnAnswer, LearnRequest, Noise, RunPlan, go_on, learn, study};
 use ocmc_fleet::run::records;
+use ocmc_io::export::ExportKind;
 use std::fmt::Write;
 use std::fs;
 use std::ops::ControlFlow;
@@ -75,7 +76,7 @@ fn a_study_is_learnt_from_a_folder_and_says_of_each_number_where_it_is_from() {
     fs::write(place("weather/hours.csv"), weather()).unwrap();
     fs::write(place("notes.txt"), "a note").unwrap();
     let answer = learnt(folder.path(), 1).unwrap();
-    let kinds: Vec<_> = answer.files.iter().map(|f| f.kind.map(|kind| kind.words())).collect();
+    let kinds: Vec<_> = answer.files.iter().map(|f| f.kind.map(ExportKind::words)).collect();
     assert_eq!(kinds, [None, Some("totals of trips"), Some("weather")]);
     assert!(answer.files[0].left_out.is_some());
     assert!(answer.parts.iter().all(|part| part.refused.is_none()), "{:?}", answer.parts);

@@ -176,7 +176,7 @@ pub(crate) fn per_distance(
 }
 
 /// An empirical law of values.
-fn empirical(values: &[f64]) -> Value {
+pub(crate) fn empirical(values: &[f64]) -> Value {
     json!({ "distribution": "empirical", "values": values })
 }
 
@@ -193,7 +193,7 @@ fn shrunk(values: &[f64], noise: f64) -> Vec<f64> {
 }
 
 /// The values in order, rounded to a step; of many, as many means of neighbours as a law may have.
-fn thinned(mut values: Vec<f64>, step: f64) -> Vec<f64> {
+pub(crate) fn thinned(mut values: Vec<f64>, step: f64) -> Vec<f64> {
     values.sort_by(f64::total_cmp);
     let count = values.len().min(MOST_VALUES);
     let bound = |k: usize| k * values.len() / count;

@@ -10,13 +10,18 @@ use crate::fit::{
     roads_part,
 };
 use crate::source::Source;
+use crate::totals_rows::{empirical, thinned};
 use crate::watch::Watch;
 use ocmc_core::study::StudyModel;
 use ocmc_io::export::{ExportKind, has_limits};
 use ocmc_io::number_text::count_of;
 use ocmc_io::study::{LoadedStudy, StudyFileError, StudyPart, load_text, study_of_parts};
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
+
+const SECONDS_PER_DAY: f64 = 86_400.0;
+/// Fewest roads that a road model is fitted to, and fewest departures (judgement).
+const FEWEST_ROADS: usize = 20;
 
 /// A fit that was tried.
 #[derive(Clone, Debug, Serialize)]
@@ -51,7 +56,8 @@ impl Fits {
         let (_, base) = &request.base;
         let (parts, written, warnings) = (Vec::new(), Vec::new(), Vec::new());
         let mut fits = Self { parts, written, warnings, study: (*base).clone() };
-        fits.roads(request, read, all)?;
+        fits.roads(request, read, all);
+        fits.departures(request, read);
         let of_kind = |kind| read.of_kind(&request.folder, kind);
         let (mappings, model) = (request.mappings.clone(), &base.model);
         let weather = of_kind(ExportKind::Weather);
@@ -63,14 +69,14 @@ impl Fits {
                 place: None,
             };
             let found = fit_weather(&question).map(values);
-            fits.add(request, "weather", "fit weather", &weather, found)?;
+            fits.add(request, "weather", "fit weather", &weather, found);
         }
         for table in of_kind(ExportKind::Traffic).into_iter().take(1) {
             let mappings = mappings.clone();
             let question =
                 TrafficRequest { table: table.clone(), mappings, base: model, place: None };
             let found = fit_traffic(&question).map(values);
-            fits.add(request, "traffic", "fit traffic", &[table], found)?;
+            fits.add(request, "traffic", "fit traffic", &[table], found);
         }
         for curves in of_kind(ExportKind::Curves).into_iter().take(1) {
             let (mappings, options) = (mappings.clone(), CurveSpeedOptions::default());
@@ -82,7 +88,7 @@ impl Fits {
                 tobit: false,
             };
             let found = fit_curve_speed(&question).map(values);
-            fits.add(request, "curve speeds", "fit curve-speed", &[curves], found)?;
+            fits.add(request, "curve speeds", "fit curve-speed", &[curves], found);
         }
         let mut changes = of_kind(ExportKind::SpeedChanges);
         let limited = |source: &Source| has_limits(source.path(), &mappings);
@@ -100,26 +106,56 @@ impl Fits {
                 Err(error @ Error::Interrupted(_)) => return Err(error),
                 found => found.map(values),
             };
-            fits.add(request, "speed changes", "fit speed-change", &changes, found)?;
+            fits.add(request, "speed changes", "fit speed-change", &changes, found);
         }
         Ok(fits)
     }
 
-    fn roads(&mut self, request: &LearnRequest, read: &Read, all: bool) -> Result<(), Error> {
+    /// The laws of departures that the totals have.
+    fn departures(&mut self, request: &LearnRequest, read: &Read) {
+        let Some((table, source)) = &read.totals else { return };
+        let known: Vec<f64> = table.rows.iter().map(|row| row.s_of_year).collect();
+        let known: Vec<f64> = known.into_iter().filter(|s| s.is_finite()).collect();
+        let seconds: Vec<f64> = known.iter().map(|s| s % SECONDS_PER_DAY).collect();
+        // dates without a clock are midnights
+        let is_timed = seconds.iter().any(|second| *second != 0.0);
+        if 2 * known.len() < table.rows.len() || known.len() < FEWEST_ROADS || !is_timed {
+            return;
+        }
+        let days = known.iter().map(|s| libm::floor(s / SECONDS_PER_DAY)).collect();
+        let values = json!({ "mission": {
+            "departure_s_of_day": empirical(&thinned(seconds, 1.0)),
+            "departure_day_of_year": empirical(&thinned(days, 1.0)),
+        } });
+        let source = [Source::File(source.clone())];
+        self.add(request, "departures", "learn", &source, Ok((values, Vec::new())));
+    }
+
+    fn roads(&mut self, request: &LearnRequest, read: &Read, all: bool) {
         let mut roads = read.roads[0].clone();
         if all {
             roads.append(read.roads[1].clone());
         }
         if roads.roads.is_empty() {
-            return Ok(());
+            return;
         }
         let sources = count_of(roads.roads.len() as u64, "road");
         let model: &StudyModel = &request.base.1.model;
+        let what = ("roads and missions", "fit operating-cycle");
+        if roads.roads.len() < FEWEST_ROADS {
+            let reason = format!(
+                "a road model of so few is further off than the one that is judged, which totals can \
+                 still move; allowed are {FEWEST_ROADS} or more"
+            );
+            let [what, command] = [what.0, what.1];
+            self.parts.push(LearntPart { what, command, sources, refused: Some(reason) });
+            return;
+        }
         let found = roads_part(&roads, None, model, &request.folder).map(|(fit, part)| {
             let warnings = fit.warnings.into_iter().chain(part.warnings()).collect();
             (part.json(), warnings)
         });
-        self.tried(request, ("roads and missions", "fit operating-cycle"), sources, found)
+        self.tried(request, what, sources, found);
     }
 
     fn add(
@@ -129,7 +165,7 @@ impl Fits {
         command: &'static str,
         files: &[Source],
         found: Result<Found, Error>,
-    ) -> Result<(), Error> {
+    ) {
         let name = |file: &Source| {
             let path = file.path().strip_prefix(&request.folder).unwrap_or(file.path());
             format!("`{}`", path.display())
@@ -138,7 +174,7 @@ impl Fits {
             [only] => name(only),
             files => count_of(files.len() as u64, "file"),
         };
-        self.tried(request, (what, command), sources, found)
+        self.tried(request, (what, command), sources, found);
     }
 
     /// Lays a part over the study, where there is one and the rest goes with it.
@@ -148,7 +184,7 @@ impl Fits {
         (what, command): (&'static str, &'static str),
         sources: String,
         found: Result<Found, Error>,
-    ) -> Result<(), Error> {
+    ) {
         let with = found.map_err(|error| error.to_string()).and_then(|(values, warnings)| {
             self.warnings.extend(warnings.into_iter().map(|words| format!("{what}: {words}")));
             let part = StudyPart { command, sources: sources.clone(), values };
@@ -165,7 +201,6 @@ impl Fits {
             Err(reason) => Some(reason),
         };
         self.parts.push(LearntPart { what, command, sources, refused });
-        Ok(())
     }
 }
 

@@ -18,6 +18,7 @@ use crate::watch::Watch;
 use fitted::{Fits, laid};
 use ocmc_io::export::ExportKind;
 use ocmc_io::intake::FileAccount;
+use ocmc_io::log::roads::told_once;
 use ocmc_io::study::{LoadedStudy, ReplacedNumber, StudyPart};
 use ocmc_io::trip_totals::{TripTotal, TripTotals};
 use read::Read;
@@ -202,7 +203,9 @@ impl Calibration<'_> {
             seed: *seed,
             threads: *threads,
         };
-        calibrated(&request, (table, FileAccount::default()), held_back, watch)
+        let account =
+            FileAccount { file: self.source.display().to_string(), ..FileAccount::default() };
+        calibrated(&request, (table, account), held_back, watch)
     }
 }
 
@@ -216,6 +219,6 @@ impl Answer for LearnAnswer {
     }
 
     fn notes(&self) -> Vec<String> {
-        FileAccount::told_of(&self.inputs)
+        told_once(FileAccount::told_of(&self.inputs).into_iter())
     }
 }

@@ -10,7 +10,7 @@ use ocmc_io::file_error::FileError;
 use ocmc_io::given_cycle;
 use ocmc_io::intake::FileAccount;
 use ocmc_io::log::LoggedTrip;
-use ocmc_io::log::roads::FoundRoads;
+use ocmc_io::log::roads::{FoundRoads, RoadsApart, told_once};
 use ocmc_io::table::Quantity;
 use ocmc_io::trip_totals::{self, TripTotal, TripTotals};
 use std::path::{Path, PathBuf};
@@ -63,9 +63,11 @@ impl Read {
         if read.totals.is_none() {
             read.totals = of_logs.map(|totals| (totals, folder.clone()));
         }
-        let roads = [&read.roads[0], &read.roads[1]];
-        read.warnings.extend(roads.into_iter().flat_map(FoundRoads::told));
-        read.warnings.extend(read.inputs.iter().flat_map(FileAccount::warnings));
+        let of_roads = read.roads.iter().flat_map(|roads| &roads.notes).cloned();
+        let of_files = read.inputs.iter().flat_map(FileAccount::warnings);
+        let left_out = read.roads.iter().flat_map(|roads| &roads.left_out);
+        let left_out = left_out.map(|(place, fault)| format!("{place} is left out: {fault}"));
+        read.warnings = told_once(of_roads.chain(left_out).chain(of_files));
         Ok(read)
     }
 
@@ -97,10 +99,11 @@ impl Read {
                 let is_held_back = |drive: &LoggedTrip| self.is_held_back(request, drive);
                 let apart =
                     FoundRoads::of_log_apart(source.lent(), mappings, &options, &is_held_back);
-                let ([mut others, held], totals) = apart.map_err(|error| error.to_string())?;
+                let RoadsApart { mut others, held_back, totals } =
+                    apart.map_err(|error| error.to_string())?;
                 self.inputs.append(&mut others.inputs);
                 self.roads[0].append(others);
-                self.roads[1].append(held);
+                self.roads[1].append(held_back);
                 for (amount, total) in totals {
                     let all = of_logs
                         .get_or_insert_with(|| TripTotals { amount, ..TripTotals::default() });

@@ -9,6 +9,7 @@ mod motion;
 mod noise;
 pub mod pedals;
 pub mod roads;
+pub mod totals;
 mod trip_end;
 
 pub(crate) use account::{counted, row_notes};

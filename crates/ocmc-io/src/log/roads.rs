@@ -2,6 +2,7 @@
 
 use super::curves::{Steering, TripError, tells_steering_only, tells_turns, turning_log};
 use super::noise::noise_of_turning;
+use super::totals::of_drive;
 use super::{LogFile, LoggedTrip, Need, counted, read_in_parts, row_notes};
 use crate::intake::FileAccount;
 use crate::intake::table::formats::LOG;
@@ -9,7 +10,7 @@ use crate::intake::table::given::RowPlace;
 use crate::intake::table::source::is_track;
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::number_text::{count_of, rounded};
-use crate::trip_totals::{Amount, TripTotal, of_drive};
+use crate::trip_totals::{Amount, TripTotal};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::KINDS;
@@ -66,6 +67,17 @@ pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
     }
 }
 
+/// The roads of a log whose drives are in part held back.
+#[derive(Clone, Debug, Default)]
+pub struct RoadsApart {
+    /// Those of the drives that are not.
+    pub others: FoundRoads,
+    /// Those of the drives that are.
+    pub held_back: FoundRoads,
+    /// Totals of all drives that tell an amount.
+    pub totals: Vec<(Amount, TripTotal)>,
+}
+
 /// The roads of many drives, with what a fit needs of them.
 #[derive(Clone, Debug, Default)]
 pub struct FoundRoads {
@@ -120,7 +132,7 @@ impl FoundRoads {
         mappings: &[Mapping],
         options: &RoadOptions,
         is_held_back: &dyn Fn(&LoggedTrip) -> bool,
-    ) -> Result<([Self; 2], Vec<(Amount, TripTotal)>), TableError> {
+    ) -> Result<RoadsApart, TableError> {
         let mut heaps = [Self::default(), Self::default()];
         let mut totals = Vec::new();
         let add = |mut part: LogFile, heaps: &mut [Self; 2], totals: &mut Vec<_>| {
@@ -143,7 +155,8 @@ impl FoundRoads {
             rest => rest?,
         };
         add(rest, &mut heaps, &mut totals);
-        Ok((heaps, totals))
+        let [others, held_back] = heaps;
+        Ok(RoadsApart { others, held_back, totals })
     }
 
     /// Finds the roads of a log's drives.
@@ -259,20 +272,7 @@ impl FoundRoads {
     pub fn told(&self) -> Vec<String> {
         let left_out =
             self.left_out.iter().map(|(place, fault)| format!("{place} is left out: {fault}"));
-        let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
-        let mut told = Vec::new();
-        for note in self.notes.iter().cloned().chain(left_out) {
-            let count = kinds.entry(kind_of(&note)).or_insert(0);
-            *count += 1;
-            if *count <= MOST_ALIKE {
-                told.push(note);
-            }
-        }
-        let more: usize = kinds.values().map(|count| count.saturating_sub(MOST_ALIKE)).sum();
-        if more > 0 {
-            told.push(format!("{} as these, of other drives", count_of(more as u64, "note")));
-        }
-        told
+        told_once(self.notes.iter().cloned().chain(left_out))
     }
 
     /// Adds the road of an operating cycle, of which everything is known.
@@ -304,6 +304,24 @@ impl FoundRoads {
     pub fn failed(&self) -> Option<&(String, TripError)> {
         self.left_out.first().filter(|_| self.roads.is_empty())
     }
+}
+
+/// Gives notes; of those that say the same of many drives, the first ones.
+pub fn told_once(notes: impl Iterator<Item = String>) -> Vec<String> {
+    let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
+    let mut told = Vec::new();
+    for note in notes {
+        let count = kinds.entry(kind_of(&note)).or_insert(0);
+        *count += 1;
+        if *count <= MOST_ALIKE {
+            told.push(note);
+        }
+    }
+    let more: usize = kinds.values().map(|count| count.saturating_sub(MOST_ALIKE)).sum();
+    if more > 0 {
+        told.push(format!("{} as these, of other drives", count_of(more as u64, "note")));
+    }
+    told
 }
 
 /// Gives the text of a note without its names and numbers.
