@@ -26,6 +26,17 @@ pub struct Noise {
     pub weight: f64,
 }
 
+impl Noise {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        for (name, value) in [("amount_noise", self.amount), ("weight_noise", self.weight)] {
+            if !(0.0..=0.5).contains(&value) {
+                return Err(Error::NoiseShare { name, value });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// The rows that count.
 pub(crate) struct Rows {
     pub(crate) totals: Vec<TotalsRow>,

@@ -161,6 +161,7 @@ pub fn calibrate_totals(
     request: &CalibrateTotalsRequest,
     watch: &mut Watch,
 ) -> Result<CalibrateTotalsAnswer, Error> {
+    request.noise.check()?;
     let read = trip_totals::read(request.trips.lent(), &request.mappings)?;
     calibrated(request, read, &[], watch).map(|(answer, _)| answer)
 }
@@ -175,7 +176,6 @@ pub(crate) fn calibrated(
 ) -> Result<(CalibrateTotalsAnswer, Vec<HeldBackTrip>), Error> {
     let clock = Instant::now();
     let CalibrateTotalsRequest { trips, study, noise, seed, threads, .. } = request;
-    noise.check()?;
     let threads = RunPlan::new(*seed, 0, CHECKED, *threads, None).threads;
     let taste = RunPlan::new(*seed, 0, TASTED, Some(threads), None);
     let tasted = watched(TASTED, watch, |look| records(&study.study, &taste, look))?;
@@ -394,17 +394,6 @@ fn standing(rows: &Rows, trucks: Option<usize>, of_fills: bool, trips: &Source) 
     let of_trucks =
         trucks.map_or(String::new(), |trucks| format!(" of {}", count_of(trucks as u64, "truck")));
     format!("{count}{of_trucks} in `{}`", trips.path().display())
-}
-
-impl Noise {
-    fn check(&self) -> Result<(), Error> {
-        for (name, value) in [("amount_noise", self.amount), ("weight_noise", self.weight)] {
-            if !(0.0..=0.5).contains(&value) {
-                return Err(Error::NoiseShare { name, value });
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Answer for CalibrateTotalsAnswer {

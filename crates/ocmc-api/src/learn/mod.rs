@@ -112,9 +112,13 @@ pub struct LearnAnswer {
 /// ```
 ///
 /// # Errors
-/// [`Error::File`] where the folder cannot be read, [`Error::NothingToLearn`] where nothing in it tells
+/// [`Error::NoiseShare`] where a share is out of its range, [`Error::File`] where the folder cannot be read, [`Error::NothingToLearn`] where nothing in it tells
 /// anything, [`Error::Interrupted`].
 pub fn learn(request: &LearnRequest, watch: &mut Watch) -> Result<LearnAnswer, Error> {
+    request.noise.check()?;
+    if !(0.0..=0.5).contains(&request.hold_back) {
+        return Err(Error::NoiseShare { name: "hold_back", value: request.hold_back });
+    }
     let clock = Instant::now();
     let (base_name, base) = &request.base;
     let mut read = Read::of(request, watch)?;
