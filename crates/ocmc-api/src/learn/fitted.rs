@@ -131,31 +131,38 @@ impl Fits {
         self.add(request, "departures", "learn", &source, Ok((values, Vec::new())));
     }
 
+    /// Of roads with limits their whole model; of fewer, and of others, hills and missions.
     fn roads(&mut self, request: &LearnRequest, read: &Read, all: bool) {
-        let mut roads = read.roads[0].clone();
-        if all {
-            roads.append(read.roads[1].clone());
+        let limited = read.limited.joined(all);
+        let is_whole = limited.roads.len() >= FEWEST_ROADS;
+        let mut roads = limited;
+        if !is_whole {
+            roads.append(read.unlimited.joined(all));
         }
         if roads.roads.is_empty() {
             return;
         }
         let sources = count_of(roads.roads.len() as u64, "road");
-        let model: &StudyModel = &request.base.1.model;
-        let what = ("roads and missions", "fit operating-cycle");
+        let what = if is_whole { "roads and missions" } else { "hills and missions" };
+        let command = "fit operating-cycle";
         if roads.roads.len() < FEWEST_ROADS {
             let reason = format!(
                 "a road model of so few is further off than the one that is judged, which totals can \
                  still move; allowed are {FEWEST_ROADS} or more"
             );
-            let [what, command] = [what.0, what.1];
             self.parts.push(LearntPart { what, command, sources, refused: Some(reason) });
             return;
         }
+        let model: &StudyModel = &request.base.1.model;
         let found = roads_part(&roads, None, model, &request.folder).map(|(fit, part)| {
-            let warnings = fit.warnings.into_iter().chain(part.warnings()).collect();
-            (part.json(), warnings)
+            let warnings: Vec<String> = fit.warnings.into_iter().chain(part.warnings()).collect();
+            if is_whole {
+                return (part.json(), warnings);
+            }
+            let of_hills = |words: &String| !words.contains("curves") && !words.contains("signs");
+            (hills_and_missions(part.json()), warnings.into_iter().filter(of_hills).collect())
         });
-        self.tried(request, what, sources, found);
+        self.tried(request, (what, command), sources, found);
     }
 
     fn add(
@@ -223,10 +230,70 @@ pub(super) fn laid(
     Ok((text(parts)?.0, study))
 }
 
+/// What tracks without limits tell of a road model: the limits of their speed have told the types of
+/// their roads, of which they know the hills; such limits are no signs, and change more often than the
+/// types of roads do.
+fn hills_and_missions(mut values: Value) -> Value {
+    let is_told = |key: &str| key.starts_with("mission.") || key.contains(".topography.");
+    if let Some(road) = values.get_mut("road").and_then(Value::as_object_mut) {
+        road.retain(|key, _| key == "types");
+        for road_type in road.values_mut().filter_map(Value::as_object_mut) {
+            for law in road_type.values_mut().filter_map(Value::as_object_mut) {
+                law.retain(|key, _| key == "topography");
+            }
+        }
+    }
+    let errors = values.pointer_mut("/uncertainty/road").and_then(Value::as_object_mut);
+    if let Some(errors) = errors {
+        let told: Vec<bool> = (errors["keys"].as_array().into_iter().flatten())
+            .map(|key| key.as_str().is_some_and(is_told))
+            .collect();
+        for list in ["keys", "standard_errors"] {
+            let mut is_told = told.iter();
+            if let Some(list) = errors.get_mut(list).and_then(Value::as_array_mut) {
+                list.retain(|_| *is_told.next().unwrap_or(&false));
+            }
+        }
+        if !told.contains(&true) {
+            values.as_object_mut().map(|values| values.remove("uncertainty"));
+        }
+    }
+    values
+}
+
 /// Values of a part, and what is odd in them.
 type Found = (Value, Vec<String>);
 
 fn values<Fit: Serialize>(answer: FitAnswer<Fit>) -> Found {
     let warnings = answer.warnings();
     (answer.study, warnings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tracks_without_limits_tell_hills_and_missions() {
+        let told = hills_and_missions(json!({
+            "mission": { "length_m": 5e4 },
+            "road": {
+                "junction_turn": { "median_radius_m": 12.0 },
+                "types": { "urban": { "topography": { "slope_sd": 0.02 }, "mean_length_m": 4e3 } },
+            },
+            "uncertainty": { "road": {
+                "keys": ["road.types.urban.mean_length_m", "road.types.urban.topography.slope_sd"],
+                "standard_errors": [1.0, 2.0],
+            } },
+        }));
+        let expected = json!({
+            "mission": { "length_m": 5e4 },
+            "road": { "types": { "urban": { "topography": { "slope_sd": 0.02 } } } },
+            "uncertainty": { "road": {
+                "keys": ["road.types.urban.topography.slope_sd"], "standard_errors": [2.0],
+            } },
+        });
+        assert_eq!(told, expected);
+        assert_eq!(hills_and_missions(json!({ "mission": {} })), json!({ "mission": {} }));
+    }
 }

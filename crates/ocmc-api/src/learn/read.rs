@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::source::Source;
 use crate::watch::{Progress, Watch};
 use ocmc_estimation::log::road::{MissingLimits, RoadOptions};
-use ocmc_io::export::{ExportKind, drawn, files, kind_of};
+use ocmc_io::export::{ExportKind, drawn, files, has_limits, kind_of};
 use ocmc_io::file_error::FileError;
 use ocmc_io::given_cycle;
 use ocmc_io::intake::FileAccount;
@@ -17,11 +17,31 @@ use std::path::{Path, PathBuf};
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
 
+/// Roads of the drives that are not held back, and of those that are.
+#[derive(Clone, Default)]
+pub(super) struct ReadRoads {
+    others: FoundRoads,
+    held_back: FoundRoads,
+}
+
+impl ReadRoads {
+    /// All of them, or without those that are held back.
+    pub(super) fn joined(&self, all: bool) -> FoundRoads {
+        let mut roads = self.others.clone();
+        if all {
+            roads.append(self.held_back.clone());
+        }
+        roads
+    }
+}
+
 /// What was read.
 pub(super) struct Read {
     pub(super) files: Vec<LearntFile>,
-    /// Roads of the drives that are not held back, and of those that are.
-    pub(super) roads: [FoundRoads; 2],
+    /// Roads with limits of their own.
+    pub(super) limited: ReadRoads,
+    /// Roads without them.
+    pub(super) unlimited: ReadRoads,
     /// Totals, and where they are from.
     pub(super) totals: Option<(TripTotals, PathBuf)>,
     pub(super) inputs: Vec<FileAccount>,
@@ -36,7 +56,8 @@ impl Read {
         let found = files(folder).map_err(FileError::read(folder))?;
         let mut read = Self {
             files: Vec::new(),
-            roads: Default::default(),
+            limited: ReadRoads::default(),
+            unlimited: ReadRoads::default(),
             totals: None,
             inputs: Vec::new(),
             warnings: Vec::new(),
@@ -63,9 +84,11 @@ impl Read {
         if read.totals.is_none() {
             read.totals = of_logs.map(|totals| (totals, folder.clone()));
         }
-        let of_roads = read.roads.iter().flat_map(|roads| &roads.notes).cloned();
+        let heaps = [&read.limited, &read.unlimited];
+        let heaps = heaps.map(|roads| [&roads.others, &roads.held_back]).concat();
+        let of_roads = heaps.iter().flat_map(|roads| &roads.notes).cloned();
         let of_files = read.inputs.iter().flat_map(FileAccount::warnings);
-        let left_out = read.roads.iter().flat_map(|roads| &roads.left_out);
+        let left_out = heaps.iter().flat_map(|roads| &roads.left_out);
         let left_out = left_out.map(|(place, fault)| format!("{place} is left out: {fault}"));
         read.warnings = told_once(of_roads.chain(left_out).chain(of_files));
         Ok(read)
@@ -102,8 +125,10 @@ impl Read {
                 let RoadsApart { mut others, held_back, totals } =
                     apart.map_err(|error| error.to_string())?;
                 self.inputs.append(&mut others.inputs);
-                self.roads[0].append(others);
-                self.roads[1].append(held_back);
+                let is_limited = has_limits(path, mappings);
+                let heap = if is_limited { &mut self.limited } else { &mut self.unlimited };
+                heap.others.append(others);
+                heap.held_back.append(held_back);
                 for (amount, total) in totals {
                     let all = of_logs
                         .get_or_insert_with(|| TripTotals { amount, ..TripTotals::default() });
@@ -116,7 +141,7 @@ impl Read {
             ExportKind::OperatingCycle => {
                 let (cycle, account) =
                     given_cycle::read_with_account(path, &[]).map_err(|e| e.to_string())?;
-                self.roads[0].add_cycle(cycle);
+                self.limited.others.add_cycle(cycle);
                 self.inputs.push(account);
                 Ok(())
             }
