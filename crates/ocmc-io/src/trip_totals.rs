@@ -27,7 +27,7 @@ pub struct TripTotals {
     /// The trips whose distance and amount are known, in the order of the table; of fills, the ways
     /// between two full tanks.
     pub rows: Vec<TripTotal>,
-    /// What the amounts are.
+    /// Unit of the amounts.
     pub amount: Amount,
     /// Whether the rows are ways between fills, which hold several trips.
     pub of_fills: bool,
@@ -35,7 +35,7 @@ pub struct TripTotals {
     pub left_out: usize,
 }
 
-/// What the amounts of a table are.
+/// Unit of the amounts of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Amount {
     /// Litres.
@@ -247,6 +247,21 @@ mod tests {
         assert!(electric.amount == Amount::KilowattHours && electric.rows[0].amount == 130.0);
         let kilograms = table("distance_km,fuel_kg\n100,25\n").unwrap().0;
         assert!(kilograms.amount == Amount::Kilograms && kilograms.rows[0].amount == 25.0);
+    }
+
+    #[test]
+    fn a_german_table_is_read_as_it_is() {
+        let text = "Kennzeichen;Fahrer;Datum;km;Liter;Gesamtgewicht [t];Fahrzeit [h]\n\
+                    A;X;01.03.2024;312,4;98,2;31,2;4,5\n";
+        let (found, _) = table(text).unwrap();
+        let row = &found.rows[0];
+        assert_eq!((row.distance_m, row.gross_kg, row.driving_s), (312_400.0, 31_200.0, 16_200.0));
+        assert!((row.amount - 98.2).abs() < 1e-9 && row.truck == "A" && row.driver == "X");
+        let day = row.s_of_year / 86_400.0;
+        assert_eq!(day, 59.0, "1 March of a year of 365 days");
+        let fills = "Fahrzeug;Kilometerstand;Liter;vollgetankt\nA;1000;300;ja\nA;1600;170;ja\n";
+        let (found, _) = table(fills).unwrap();
+        assert!(found.of_fills && found.rows[0].distance_m == 6e5, "{:?}", found.rows);
     }
 
     #[test]

@@ -173,7 +173,13 @@ pub const TRIP_TOTALS: Schema = Schema {
     fields: &[
         Field::named(
             Q::Distance,
-            &[("km", &["distance_km", "km", "kilometres", "kilometers"]), ("m", &["distance_m"])],
+            &[
+                (
+                    "km",
+                    &["distance_km", "km", "kilometres", "kilometers", "kilometer", "strecke_km"],
+                ),
+                ("m", &["distance_m"]),
+            ],
         )
         .within(0.0, 1e8, "a distance from 0 to 100,000 km, or nothing"),
         Field::named(
@@ -187,7 +193,10 @@ pub const TRIP_TOTALS: Schema = Schema {
         Field::named(Q::DrivingTime, &[("h", &["driving_h", "driving_hours"])]),
         Field::named(Q::Duration, &[("h", &["duration_h", "hours"])]),
         Field::of(Q::Climb),
-        Field::named(Q::Odometer, &[("km", &["odometer_km"])]),
+        Field::named(
+            Q::Odometer,
+            &[("km", &["odometer_km", "kilometerstand", "kilometerstand_km"])],
+        ),
         Field::of(Q::FullTank),
         Field::named(Q::Truck, &[("", &["truck_id", "truck", "vehicle_id", "vehicle"])]),
         Field::named(Q::Driver, &[("", &["driver_id", "driver"])]),

@@ -238,6 +238,8 @@ const WORDS: &[(&str, &[&str])] = &[
             "fahrzeug",
             "fahrzeug_id",
             "kennzeichen",
+            "license_plate",
+            "registration",
             "lkw",
             "camion",
             "lastbil",
@@ -249,7 +251,45 @@ const WORDS: &[(&str, &[&str])] = &[
     ("drive", &["fahrt", "trip", "trip_id", "trip_no", "journey", "trajet", "resa", "viaje"]),
     ("ignition", &["zuendung", "engine_on", "contact", "key_on"]),
     ("fuel_used", &["fuel_counter", "engine_total_fuel_used", "verbrauch_gesamt"]),
-    ("gross_weight", &["gcw", "gcvw", "gross_combination_vehicle_weight", "gesamtgewicht"]),
+    (
+        "gross_weight",
+        &[
+            "gcw",
+            "gcvw",
+            "gross_combination_vehicle_weight",
+            "gesamtgewicht",
+            "gesamtmasse",
+            "poids_total",
+            "totalvikt",
+            "peso_total",
+        ],
+    ),
+    ("litres", &["liter", "litre", "litros"]),
+    (
+        "fuel_amount",
+        &[
+            "kraftstoff",
+            "kraftstoffmenge",
+            "tankmenge",
+            "diesel",
+            "carburant",
+            "braensle",
+            "combustible",
+        ],
+    ),
+    (
+        "driving_time",
+        &[
+            "drive_time",
+            "fahrzeit",
+            "lenkzeit",
+            "temps_de_conduite",
+            "koertid",
+            "tiempo_de_conduccion",
+        ],
+    ),
+    ("climb", &["elevation_gain", "hoehenmeter", "anstieg", "denivele"]),
+    ("full", &["vollgetankt", "plein"]),
     (
         "ambient_temperature",
         &[
@@ -347,6 +387,8 @@ mod tests {
             ("elevation_feet", "elevation_ft"),
             ("roadGrade_degrees", "grade_deg"),
             ("Außentemperatur_celsius", "ambient_temperature_c"),
+            ("Liter", "litres"),
+            ("Fahrzeit_h", "driving_time_h"),
         ] {
             assert_eq!(known_as(name).as_deref(), Some(known), "{name}");
         }
