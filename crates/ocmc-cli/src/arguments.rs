@@ -7,7 +7,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
-    Answer, Error, LAST_CYCLE_ID, MOST_THREADS, RunPlan, Source, Watch, Word, check_empty,
+    Answer, Error, LAST_CYCLE_ID, MOST_THREADS, Noise, RunPlan, Source, Watch, Word, check_empty,
 };
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -83,6 +83,24 @@ impl RangeArguments {
     pub(crate) fn plan(self, threads: Option<usize>) -> Result<RunPlan, Failure> {
         check_range(self.first_cycle, self.cycles)?;
         Ok(RunPlan::new(self.seed, self.first_cycle, self.cycles, threads, None))
+    }
+}
+
+/// How noisy a table of trips is.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct NoiseOptions {
+    /// Noise of the amounts, SD as a share
+    #[arg(long, value_name = "SHARE", default_value = "0.03", allow_negative_numbers = true)]
+    amount_noise: f64,
+    /// Noise of the gross weights, SD as a share
+    #[arg(long, value_name = "SHARE", default_value = "0.05", allow_negative_numbers = true)]
+    weight_noise: f64,
+}
+
+impl NoiseOptions {
+    /// As requests have it.
+    pub(crate) fn noise(self) -> Noise {
+        Noise { amount: self.amount_noise, weight: self.weight_noise }
     }
 }
 

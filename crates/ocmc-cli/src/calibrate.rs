@@ -1,6 +1,6 @@
 //! `ocmc calibrate`: the laws behind measured tables.
 
-use crate::arguments::{AnswerOptions, StudyOptions, WorkOptions, whole_number};
+use crate::arguments::{AnswerOptions, NoiseOptions, StudyOptions, WorkOptions, whole_number};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::watched;
@@ -9,7 +9,7 @@ use clap::{Args, Subcommand};
 use ocmc_api::study;
 use ocmc_api::{
     CalibrateCurveSpeedRequest, CalibrateTotalsRequest, CalibrationOptions, CurveSpeedOptions,
-    MeasuredTable, Noise, Source, Trips, mappings,
+    MeasuredTable, Source, Trips, mappings,
 };
 use std::path::{Path, PathBuf};
 
@@ -37,12 +37,8 @@ pub(crate) struct TotalsArguments {
     map: Vec<String>,
     #[command(flatten)]
     study: StudyOptions,
-    /// Noise of the amounts, SD as a share
-    #[arg(long, value_name = "SHARE", default_value = "0.03", allow_negative_numbers = true)]
-    amount_noise: f64,
-    /// Noise of the gross weights, SD as a share
-    #[arg(long, value_name = "SHARE", default_value = "0.05", allow_negative_numbers = true)]
-    weight_noise: f64,
+    #[command(flatten)]
+    noise: NoiseOptions,
     /// Master seed
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
     seed: u64,
@@ -145,7 +141,7 @@ fn totals(arguments: &TotalsArguments) -> Result<(), Failure> {
         trips: Source::File(trips.clone()),
         mappings: mappings(&arguments.map)?,
         study: &arguments.study.load()?,
-        noise: Noise { amount: arguments.amount_noise, weight: arguments.weight_noise },
+        noise: arguments.noise.noise(),
         seed: arguments.seed,
         threads: work.threads,
     };

@@ -1,12 +1,12 @@
 //! `ocmc learn`: a study from the files of a fleet.
 
-use crate::arguments::{FileOptions, WorkOptions, share, whole_number};
+use crate::arguments::{FileOptions, NoiseOptions, WorkOptions, share, whole_number};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::watched;
 use crate::study::written_study;
 use clap::Args;
-use ocmc_api::{LearnRequest, Noise, mappings};
+use ocmc_api::{LearnRequest, mappings};
 use std::path::{Path, PathBuf};
 
 /// Options of learning.
@@ -27,12 +27,8 @@ pub(crate) struct LearnArguments {
     /// Share of the trips that the check is made on, whole days of a truck; 0 for none
     #[arg(long, value_name = "SHARE", default_value = "20%", value_parser = held_back, allow_negative_numbers = true)]
     hold_back: f64,
-    /// Noise of the amounts, SD as a share
-    #[arg(long, value_name = "SHARE", default_value = "0.03", allow_negative_numbers = true)]
-    amount_noise: f64,
-    /// Noise of the gross weights, SD as a share
-    #[arg(long, value_name = "SHARE", default_value = "0.05", allow_negative_numbers = true)]
-    weight_noise: f64,
+    #[command(flatten)]
+    noise: NoiseOptions,
     /// Master seed
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
     seed: u64,
@@ -62,7 +58,7 @@ pub(crate) fn learn(arguments: &LearnArguments) -> Result<(), Failure> {
         mappings: mappings(&arguments.map)?,
         base: (base.clone(), &loaded),
         name: name.into_owned(),
-        noise: Noise { amount: arguments.amount_noise, weight: arguments.weight_noise },
+        noise: arguments.noise.noise(),
         hold_back: arguments.hold_back,
         seed: arguments.seed,
         threads: work.threads,
