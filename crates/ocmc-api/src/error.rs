@@ -209,12 +209,12 @@ pub enum Error {
          another one with --map group=COLUMN"
     )]
     NoGroups(usize),
-    /// A noise that is no share.
+    /// A noise, or what is held back, that is no share up to a half.
     #[error("`{name}` is {value}, allowed is a share from 0 to 0.5")]
-    NoiseShare {
-        /// Of which numbers.
+    SmallShare {
+        /// Name of the number.
         name: &'static str,
-        /// The noise.
+        /// The number.
         value: f64,
     },
     /// Costs of a study, of this name, without prices.

@@ -1,4 +1,4 @@
-//! What it is worth to train the drivers who stand worst in a benchmark of measured trips.
+//! The worth of training the drivers who stand worst in a benchmark of measured trips.
 //!
 //! Chosen are the drivers with the largest shrunken ratios: what chance adds to a mean is taken off
 //! already. Training brings them to the middle fifth, as in [`crate::training`]; the study says how
@@ -36,10 +36,10 @@ pub struct MeasuredTrainingRequest<'a> {
     pub plan: RunPlan,
 }
 
-/// What training is worth.
+/// The worth of training.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeasuredTrainingAnswer {
-    /// What the study is called.
+    /// Name of the study.
     pub study: String,
     /// Drivers of the benchmark.
     pub drivers: usize,

@@ -1,4 +1,5 @@
-//! The rows of a table of totals as a question takes them, and the trips of a simulated fleet as such rows.
+//! The rows of a table of totals as a question takes them, and the trips of a simulated fleet as
+//! such rows.
 
 use crate::error::Error;
 use crate::source::Source;
@@ -20,9 +21,9 @@ const SHORTEST_M: f64 = 2000.0;
 /// Noise of a table's numbers, SD as a share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Of the amount of fuel or energy.
+    /// Noise of the amount of fuel or energy.
     pub amount: f64,
-    /// Of the gross weight.
+    /// Noise of the gross weight.
     pub weight: f64,
 }
 
@@ -30,7 +31,7 @@ impl Noise {
     pub(crate) fn check(&self) -> Result<(), Error> {
         for (name, value) in [("amount_noise", self.amount), ("weight_noise", self.weight)] {
             if !(0.0..=0.5).contains(&value) {
-                return Err(Error::NoiseShare { name, value });
+                return Err(Error::SmallShare { name, value });
             }
         }
         Ok(())

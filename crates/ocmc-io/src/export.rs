@@ -7,16 +7,23 @@ use crate::intake::table::schema::Schema;
 use crate::intake::table::source::{ending, is_table, is_track};
 use crate::intake::table::{Mapping, Quantity as Q, Source, Table, TableError};
 use crate::sha256;
+use crate::trip_totals;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+/// Distance of a trip that is none, in m.
+const SHORTEST_TRIP_M: f64 = 500.0;
+/// A counter falls, where it is set back, less often than once in so many rows.
+const MOST_FALLS: usize = 20;
+/// Rows of which nothing is said.
+const FEW: usize = 5;
 /// Most folders below each other.
 const MOST_DEEP: usize = 8;
 /// Digits of a checksum of which a number is made.
 const DIGITS: usize = 12;
 
-/// What a file of an export is.
+/// Kind of a file of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ExportKind {
@@ -37,7 +44,7 @@ pub enum ExportKind {
 }
 
 impl ExportKind {
-    /// What it is called.
+    /// Name of it for people.
     pub fn words(self) -> &'static str {
         match self {
             Self::Log => "log",
@@ -76,7 +83,7 @@ const KNOWN_BY: [(ExportKind, &Schema, &[&[Q]]); 6] = [
     (ExportKind::SpeedChanges, &SPEED_CHANGES, &[&[Q::Acceleration]]),
 ];
 
-/// What a file is; none of what no reader takes.
+/// Finds the kind of a file; none where no reader takes it.
 ///
 /// # Errors
 /// [`TableError`] where a table cannot be read at all.
@@ -92,7 +99,12 @@ pub fn kind_of(path: &Path, mappings: &[Mapping]) -> Result<Option<ExportKind>, 
         return Ok(None);
     }
     let mut fault = None;
+    let is_totals = tells_trips(path, mappings);
     for (kind, schema, lists) in KNOWN_BY {
+        // a table of trips may have their mean speeds, and places
+        if kind == ExportKind::Log && is_totals {
+            continue;
+        }
         let own: Vec<Mapping> = mappings.iter().filter(|m| m.is_of(schema)).cloned().collect();
         match Table::open(Source::File(path), schema, &own) {
             Ok(table) if lists.iter().all(|any| any.iter().any(|q| table.has(*q))) => {
@@ -103,6 +115,19 @@ pub fn kind_of(path: &Path, mappings: &[Mapping]) -> Result<Option<ExportKind>, 
         }
     }
     fault.map_or(Ok(None), Err)
+}
+
+/// Whether a table has a distance and an amount in each row that are those of a trip: most are longer
+/// than [`SHORTEST_TRIP_M`], and no counter, which does not fall.
+fn tells_trips(path: &Path, mappings: &[Mapping]) -> bool {
+    let own: Vec<Mapping> = mappings.iter().filter(|m| m.is_of(&TRIP_TOTALS)).cloned().collect();
+    let Ok((totals, _)) = trip_totals::read(Source::File(path), &own) else { return false };
+    let rows = &totals.rows;
+    let long = rows.iter().filter(|row| row.distance_m > SHORTEST_TRIP_M).count();
+    let falls = rows.windows(2).filter(|pair| pair[1].distance_m < pair[0].distance_m).count();
+    !totals.of_fills
+        && 2 * long > rows.len()
+        && (MOST_FALLS * falls > rows.len() || rows.len() < FEW)
 }
 
 /// Whether a log has speed limits.
@@ -169,6 +194,17 @@ mod tests {
         };
         for (name, text, expected) in [
             ("a.csv", "time_s,speed_kmh\n0,50\n", Some(ExportKind::Log)),
+            (
+                "a1.csv",
+                "time_s,speed_kmh,distance_km,litres\n0,50,1,1\n1,50,2,1\n2,50,3,1\n3,50,4,1\n\
+                 4,50,5,1\n5,50,6,1\n",
+                Some(ExportKind::Log),
+            ),
+            (
+                "a2.csv",
+                "date,speed_kmh,km,litres\n2024-03-01,50,90,30\n2024-03-02,50,60,20\n",
+                Some(ExportKind::Totals),
+            ),
             ("b.csv", "truck,date,km,litres\na,2024-03-01,100,30\n", Some(ExportKind::Totals)),
             (
                 "c.csv",
@@ -189,7 +225,7 @@ mod tests {
         fs::write(folder.path().join("0/z.csv"), "").unwrap();
         fs::write(folder.path().join(".hidden"), "").unwrap();
         let found = files(folder.path()).unwrap();
-        assert!(found.len() == 11 && found[0].ends_with("z.csv"), "{found:?}");
+        assert!(found.len() == 13 && found[0].ends_with("z.csv"), "{found:?}");
     }
 
     #[test]

@@ -221,7 +221,7 @@ impl Asked {
         tells_season(self.trips.iter().map(|trip| trip.s_of_year))
     }
 
-    /// What the table may tell slopes of itself: a column each, 0 in all rows of what it does not;
+    /// Columns whose slopes the table may tell itself: one each, 0 in all rows of what it does not;
     /// and which of them are routes.
     fn columns(&self) -> (Vec<Vec<f64>>, Range<usize>) {
         let rows: Vec<Vec<f64>> = self.trips.iter().map(|trip| trip.columns(&self.known)).collect();

@@ -15,7 +15,7 @@ const MOST_GROUPS: usize = 20;
 pub struct Compared {
     /// The kind: `since 2024-03-01`, or a group.
     pub what: String,
-    /// What it is compared with: `before`, or the group with most trips.
+    /// The other side of the comparison: `before`, or the group with most trips.
     pub against: String,
     /// Trips of what it is compared with, and of the kind.
     pub trips: [usize; 2],
@@ -34,7 +34,7 @@ pub struct Compared {
     pub degrees: Option<f64>,
 }
 
-/// What is compared.
+/// The comparison.
 pub(super) struct Rows<'a> {
     pub(super) of_table: &'a [TripTotal],
     /// Whether the columns tell routes apart.

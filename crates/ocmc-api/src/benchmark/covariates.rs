@@ -1,4 +1,4 @@
-//! What is known of a trip beside its consumption, and what a study expects of it.
+//! Known quantities of a trip beside its consumption, and a study's expectation by them.
 
 use ocmc_core::record::Record;
 use ocmc_estimation::fit::least_squares::LeastSquares;
@@ -20,7 +20,7 @@ const MOST_WITHOUT_TRIP: f64 = 1.0 / 3.0;
 /// SD of ln length below which trips have one length.
 const LEAST_LENGTH_SD: f64 = 0.01;
 
-/// What trips differ in.
+/// A quantity in which trips differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Covariate {
@@ -60,7 +60,7 @@ impl Covariate {
     }
 }
 
-/// What is known of one trip.
+/// The known quantities of one trip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known {
     pub(super) gross_kg: f64,
@@ -145,12 +145,12 @@ pub(super) fn tells_season(s_of_year: impl Iterator<Item = f64>) -> bool {
     between <= MOST_WITHOUT_TRIP
 }
 
-/// What a study expects: ln consumption by what is known.
+/// The expectation of a study: ln consumption by the known quantities.
 #[derive(Clone, Debug)]
 pub(super) struct Expectation {
     known: Vec<Covariate>,
     level: f64,
-    /// Of each column; 0 of those in which the study's trips do not differ.
+    /// Slope of each column; 0 of those in which the study's trips do not differ.
     pub(super) slopes: Vec<f64>,
     /// SD of its trips beside that.
     pub(super) sd: f64,

@@ -88,7 +88,7 @@ impl Levels {
     }
 }
 
-/// What has to be known; errors of the SDs are in the intervals here.
+/// Notes of the fit; errors of the SDs are in the intervals here.
 fn notes(found: &FleetFit) -> Vec<String> {
     let is_of_errors = |note: &&String| note.contains("takes it as known");
     found.notes.iter().filter(|note| !is_of_errors(note)).cloned().collect()

@@ -33,7 +33,7 @@ const FEWEST_ROWS: usize = 10;
 /// Trips that say what the carrier is.
 const TASTED: u64 = 16;
 
-/// What is set beside what.
+/// A comparison of trips.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BenchmarkContrast {
     /// Trips since a date, beside those before.
@@ -51,7 +51,7 @@ pub struct BenchmarkRequest<'a> {
     pub mappings: Vec<Mapping>,
     /// The study, and what it is called.
     pub study: (String, &'a LoadedStudy),
-    /// What else is compared.
+    /// A further comparison.
     pub contrast: Option<BenchmarkContrast>,
     /// Whether drivers keep their names; else they are numbered.
     pub names: bool,
@@ -98,10 +98,10 @@ pub(crate) struct BenchmarkTrip {
     counts: bool,
 }
 
-/// What measured trips are beside what a study expects.
+/// Measured trips beside those that a study expects.
 #[derive(Clone, Debug, Serialize)]
 pub struct BenchmarkAnswer {
-    /// What the study is called.
+    /// Name of the study.
     pub study: String,
     /// Name of the consumption.
     pub column: String,
@@ -135,15 +135,15 @@ pub struct BenchmarkAnswer {
     pub measured_sd_between: Option<f64>,
     /// The same of the ratio, adjusted: what is not explained, chance included.
     pub unexplained_sd_between: Option<f64>,
-    /// What is adjusted for.
+    /// Quantities that are adjusted for.
     pub adjusted_for: Vec<AdjustedFor>,
     /// Trucks and drivers.
     pub levels: Vec<BenchmarkLevel>,
-    /// What a date or a group changed.
+    /// Changes by a date or a group.
     pub compared: Vec<Compared>,
-    /// What has to be known to read this.
+    /// Remarks that a reader needs.
     pub remarks: Vec<String>,
-    /// What was read.
+    /// Accounts of the files that were read.
     pub inputs: Vec<FileAccount>,
     /// Cycles that were driven.
     pub driven: u64,
@@ -179,7 +179,8 @@ pub struct BenchmarkAnswer {
 ///
 /// # Errors
 /// [`Error::Table`] where the table cannot be read, [`Error::FewTotals`], [`Error::OtherCarrier`],
-/// [`Error::NothingExpected`], [`Error::NoDates`], [`Error::NotADate`], [`Error::NoGroups`] and [`Error::Interrupted`].
+/// [`Error::NothingExpected`], [`Error::NoDates`], [`Error::NotADate`],
+/// [`Error::NoGroups`] and [`Error::Interrupted`].
 pub fn benchmark(request: &BenchmarkRequest, watch: &mut Watch) -> Result<BenchmarkAnswer, Error> {
     let clock = Instant::now();
     let BenchmarkRequest { trips, mappings, study: (name, study), seed, .. } = request;

@@ -36,7 +36,7 @@ const MOST_REDRAWS: u64 = 20;
 const LENGTH: &str = "mission.length_m";
 const PAYLOAD: &str = "mission.payload_kg";
 
-/// What is driven.
+/// A study, and the rows of the table that its fleets are driven like.
 pub(super) struct Design<'a> {
     pub(super) study: &'a LoadedStudy,
     pub(super) entries: Vec<&'a JudgedNumbers>,

@@ -1,5 +1,5 @@
-//! What a calibrated study expects of a trip of known weight and length, and how far a measured trip
-//! is from it.
+//! The expectation of a calibrated study for a trip of known weight and length, and how far a
+//! measured trip is from it.
 
 use crate::totals_rows::{Noise, Rows, totals};
 use ocmc_core::random::{Draws, Stream};
@@ -28,7 +28,7 @@ pub(super) struct Expectation {
 pub struct HeldBackTrip {
     /// Consumption, in the unit of the quantity.
     pub measured: f64,
-    /// What was to be expected of a trip of its weight and length.
+    /// Expectation of the study for a trip of its weight and length.
     pub expected: f64,
     /// The interval that holds 90 % of such trips.
     pub interval90: [f64; 2],
@@ -37,7 +37,8 @@ pub struct HeldBackTrip {
 }
 
 impl Expectation {
-    /// Of the trips of a study, `factor` times as they are; `noise`: of the table, and the seed.
+    /// Expectation by the trips of a study, `factor` times as they are; `noise`: of the table, and
+    /// the seed.
     pub(super) fn new(
         rows: &Rows,
         records: &[Record],

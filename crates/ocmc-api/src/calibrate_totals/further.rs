@@ -1,4 +1,4 @@
-//! What further columns of a table would tell.
+//! The worth of further columns of a table.
 
 use super::design::Driven;
 use super::{Found, Question};
@@ -14,7 +14,7 @@ const LEAST_GAIN: f64 = 0.02;
 /// A column that the table does not have.
 #[derive(Clone, Debug, Serialize)]
 pub struct Further {
-    /// What it would hold.
+    /// Name of the column, in words.
     pub column: &'static str,
     /// The question of which it would tell most.
     pub question: Question,

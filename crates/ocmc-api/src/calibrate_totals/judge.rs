@@ -28,7 +28,7 @@ const MOST_SLOW: f64 = 0.04;
 /// fleets.
 const MOST_SLOWER: f64 = 1.8;
 
-/// What is compared.
+/// The comparison.
 pub(super) struct Judged<'a> {
     pub(super) table: &'a TripTotals,
     pub(super) rows: &'a Rows,

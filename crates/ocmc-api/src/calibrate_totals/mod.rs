@@ -74,7 +74,7 @@ pub struct CalibrateTotalsRequest<'a> {
     pub threads: Option<usize>,
 }
 
-/// What a change would do.
+/// The effect of a change.
 #[derive(Clone, Debug, Serialize)]
 pub struct Questioned {
     /// The change.
@@ -87,7 +87,7 @@ pub struct Questioned {
     pub judged_ci90: [f64; 2],
 }
 
-/// What the totals of a fleet's trips tell.
+/// The answer of a calibration to totals.
 #[derive(Clone, Debug, Serialize)]
 pub struct CalibrateTotalsAnswer {
     /// Rows that count.
@@ -104,7 +104,7 @@ pub struct CalibrateTotalsAnswer {
     pub of_fills: bool,
     /// Name of the consumption.
     pub column: String,
-    /// What was known of the rows.
+    /// Names of the quantities that explain a row.
     pub known: Vec<&'static str>,
     /// Consumption of the table.
     pub table: Shape,
@@ -118,15 +118,15 @@ pub struct CalibrateTotalsAnswer {
     pub factor: Option<f64>,
     /// The judged numbers that the design moved, those first that the table moved most.
     pub numbers: Vec<CalibratedNumbers>,
-    /// What changes would do.
+    /// Effects of changes.
     pub questions: Vec<Questioned>,
-    /// What further columns would tell.
+    /// The worth of further columns.
     pub further: Vec<Further>,
     /// The part of a study that follows.
     pub study: Value,
     /// Where it is from, in words.
     pub standing: String,
-    /// What was read.
+    /// Accounts of the files that were read.
     pub inputs: Vec<FileAccount>,
     /// Cycles that were driven.
     pub driven: u64,
@@ -268,7 +268,7 @@ pub(crate) fn calibrated(
     Ok((answer, expectation.of(&held_back)))
 }
 
-/// What the rows were found to tell.
+/// The findings of a calibration.
 struct Found {
     known: Known,
     emulator: Emulator,

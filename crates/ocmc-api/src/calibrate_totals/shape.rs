@@ -23,7 +23,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Of trips, and their consumptions in order.
+    /// Shape of trips, and their consumptions in order.
     pub(super) fn of(quantity: &NamedQuantity, records: &[Record]) -> (Self, Vec<f64>) {
         let totals = records.iter().filter_map(|record| quantity.totals(record));
         let sums = totals.fold([0.0; 2], |sum, (a, d)| [sum[0] + a, sum[1] + d]);
@@ -31,7 +31,7 @@ impl Shape {
         Self::with(sums[0] / sums[1], values.collect())
     }
 
-    /// Of the rows of a table.
+    /// Shape of the rows of a table.
     pub(super) fn of_rows(rows: &Rows) -> Self {
         let amounts = rows.totals.iter().zip(&rows.consumption);
         let amount: f64 = amounts.map(|(row, consumption)| row.length_m * consumption).sum();

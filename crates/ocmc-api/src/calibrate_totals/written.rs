@@ -16,8 +16,8 @@ const NAME: &str = "totals";
 /// Scores and errors of numbers that the data moved or narrowed: others stay as they were judged.
 const LEAST_SCORE: f64 = 0.15;
 const MOST_SD: f64 = 0.9;
-/// What is left of correlations, so that those of numbers that move together stay possible when they
-/// are rounded.
+/// The share of correlations that is kept, so that those of numbers that move together stay
+/// possible when they are rounded.
 const KEPT: f64 = 0.995;
 
 /// Judged numbers of a calibration.
@@ -47,7 +47,7 @@ pub(super) fn kept(posterior: &Posterior) -> Vec<f64> {
     scores.map(|(k, &score)| if is_kept(k, score) { score } else { 0.0 }).collect()
 }
 
-/// What is written.
+/// The numbers to write, and where they are from.
 pub(super) struct Written<'a> {
     pub(super) design: &'a Design<'a>,
     pub(super) posterior: &'a Posterior,

@@ -1,4 +1,4 @@
-//! What a study owes to numbers that are judged, before and after.
+//! The part of a study's mean that hangs on judged numbers, before and after.
 
 use super::LearnRequest;
 use crate::doubt::{DoubtRequest, doubt};
@@ -13,7 +13,7 @@ const CYCLES: u64 = 96;
 /// Entries that are named.
 const NAMED: usize = 3;
 
-/// What the mean of a study owes to numbers that are judged.
+/// The part of a study's mean that hangs on judged numbers.
 #[derive(Clone, Debug, Serialize)]
 pub struct Doubted {
     /// Name of the study.

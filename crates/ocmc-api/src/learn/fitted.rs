@@ -18,19 +18,20 @@ use ocmc_io::number_text::count_of;
 use ocmc_io::study::{LoadedStudy, StudyFileError, StudyPart, load_text, study_of_parts};
 use serde::Serialize;
 use serde_json::{Value, json};
+use std::slice::from_ref;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
 /// Fewest roads that a road model is fitted to, and fewest departures (judgement).
-const FEWEST_ROADS: usize = 20;
+const FEWEST: usize = 20;
 
 /// A fit that was tried.
 #[derive(Clone, Debug, Serialize)]
 pub struct LearntPart {
-    /// What it is of.
+    /// Name of the part of the study.
     pub what: &'static str,
     /// The command that does the same alone.
     pub command: &'static str,
-    /// What it was made from, in words.
+    /// Names of its sources.
     pub sources: String,
     /// Why its numbers stay those of the base.
     pub refused: Option<String>,
@@ -40,7 +41,7 @@ pub struct LearntPart {
 pub(super) struct Fits {
     pub(super) parts: Vec<LearntPart>,
     pub(super) written: Vec<StudyPart>,
-    /// What is odd in them, each after what it is of.
+    /// Warnings of the fits, each behind the name of its part.
     pub(super) warnings: Vec<String>,
     pub(super) study: LoadedStudy,
 }
@@ -71,14 +72,17 @@ impl Fits {
             let found = fit_weather(&question).map(values);
             fits.add(request, "weather", "fit weather", &weather, found);
         }
-        for table in of_kind(ExportKind::Traffic).into_iter().take(1) {
+        if let Some(table) =
+            fits.first("traffic", "fit traffic", of_kind(ExportKind::Traffic), request)
+        {
             let mappings = mappings.clone();
             let question =
                 TrafficRequest { table: table.clone(), mappings, base: model, place: None };
             let found = fit_traffic(&question).map(values);
             fits.add(request, "traffic", "fit traffic", &[table], found);
         }
-        for curves in of_kind(ExportKind::Curves).into_iter().take(1) {
+        let curves = of_kind(ExportKind::Curves);
+        if let Some(curves) = fits.first("curve speeds", "fit curve-speed", curves, request) {
             let (mappings, options) = (mappings.clone(), CurveSpeedOptions::default());
             let question = CurveSpeedRequest {
                 curves: curves.clone(),
@@ -93,22 +97,56 @@ impl Fits {
         let mut changes = of_kind(ExportKind::SpeedChanges);
         let limited = |source: &Source| has_limits(source.path(), &mappings);
         changes.extend(of_kind(ExportKind::Log).into_iter().filter(limited));
-        if !changes.is_empty() {
+        let mut fit = |tables: &[Source]| {
             let question = SpeedChangeRequest {
-                tables: &changes,
+                tables,
                 mappings: mappings.clone(),
                 base: model,
                 options: SpeedChangeOptions::default(),
                 untruncated: true,
             };
-            let found = fit_speed_change(&question, &mut |_| (), watch);
-            let found = match found {
-                Err(error @ Error::Interrupted(_)) => return Err(error),
-                found => found.map(values),
-            };
-            fits.add(request, "speed changes", "fit speed-change", &changes, found);
+            match fit_speed_change(&question, &mut |_| (), watch) {
+                Err(error @ Error::Interrupted(_)) => Err(error),
+                found => Ok(found.map(values)),
+            }
+        };
+        // a file that tells nothing does not keep the others from telling something
+        let (mut telling, mut silent, mut reason) = (Vec::new(), Vec::new(), None);
+        for file in changes {
+            match fit(from_ref(&file))? {
+                Ok(_) => telling.push(file),
+                Err(error) => {
+                    silent.push(file);
+                    reason = reason.or(Some(error));
+                }
+            }
+        }
+        let (what, command) = ("speed changes", "fit speed-change");
+        if !telling.is_empty() {
+            let found = fit(&telling)?;
+            fits.add(request, what, command, &telling, found);
+        }
+        if let Some(reason) = reason {
+            fits.add(request, what, command, &silent, Err(reason));
         }
         Ok(fits)
+    }
+
+    /// The first of some tables of which a fit takes one; the others are named.
+    fn first(
+        &mut self,
+        what: &'static str,
+        command: &'static str,
+        mut tables: Vec<Source>,
+        request: &LearnRequest,
+    ) -> Option<Source> {
+        let others = tables.split_off(tables.len().min(1));
+        if !others.is_empty() {
+            let sources = named(request, &others);
+            let refused = Some("one table is fitted: join them in one".to_owned());
+            self.parts.push(LearntPart { what, command, sources, refused });
+        }
+        tables.pop()
     }
 
     /// The laws of departures that the totals have.
@@ -119,7 +157,7 @@ impl Fits {
         let seconds: Vec<f64> = known.iter().map(|s| s % SECONDS_PER_DAY).collect();
         // dates without a clock are midnights
         let is_timed = seconds.iter().any(|second| *second != 0.0);
-        if 2 * known.len() < table.rows.len() || known.len() < FEWEST_ROADS || !is_timed {
+        if 2 * known.len() < table.rows.len() || known.len() < FEWEST || !is_timed {
             return;
         }
         let days = known.iter().map(|s| libm::floor(s / SECONDS_PER_DAY)).collect();
@@ -131,10 +169,10 @@ impl Fits {
         self.add(request, "departures", "learn", &source, Ok((values, Vec::new())));
     }
 
-    /// Of roads with limits their whole model; of fewer, and of others, hills and missions.
+    /// Fits the whole model of roads with limits; of fewer, and of others, hills and missions.
     fn roads(&mut self, request: &LearnRequest, read: &Read, all: bool) {
         let limited = read.limited.joined(all);
-        let is_whole = limited.roads.len() >= FEWEST_ROADS;
+        let is_whole = limited.roads.len() >= FEWEST;
         let mut roads = limited;
         if !is_whole {
             roads.append(read.unlimited.joined(all));
@@ -145,10 +183,10 @@ impl Fits {
         let sources = count_of(roads.roads.len() as u64, "road");
         let what = if is_whole { "roads and missions" } else { "hills and missions" };
         let command = "fit operating-cycle";
-        if roads.roads.len() < FEWEST_ROADS {
+        if roads.roads.len() < FEWEST {
             let reason = format!(
                 "a road model of so few is further off than the one that is judged, which totals can \
-                 still move; allowed are {FEWEST_ROADS} or more"
+                 still move; allowed are {FEWEST} or more"
             );
             self.parts.push(LearntPart { what, command, sources, refused: Some(reason) });
             return;
@@ -173,15 +211,7 @@ impl Fits {
         files: &[Source],
         found: Result<Found, Error>,
     ) {
-        let name = |file: &Source| {
-            let path = file.path().strip_prefix(&request.folder).unwrap_or(file.path());
-            format!("`{}`", path.display())
-        };
-        let sources = match files {
-            [only] => name(only),
-            files => count_of(files.len() as u64, "file"),
-        };
-        self.tried(request, (what, command), sources, found);
+        self.tried(request, (what, command), named(request, files), found);
     }
 
     /// Lays a part over the study, where there is one and the rest goes with it.
@@ -211,6 +241,17 @@ impl Fits {
     }
 }
 
+/// A file by its name below the folder, or how many files there are.
+fn named(request: &LearnRequest, files: &[Source]) -> String {
+    match files {
+        [only] => {
+            let path = only.path().strip_prefix(&request.folder).unwrap_or(only.path());
+            format!("`{}`", path.display())
+        }
+        files => count_of(files.len() as u64, "file"),
+    }
+}
+
 /// The text of the study with parts laid over the base; and the study as it is driven here, without
 /// the errors of its numbers, each of which makes two studies more.
 pub(super) fn laid(
@@ -230,9 +271,9 @@ pub(super) fn laid(
     Ok((text(parts)?.0, study))
 }
 
-/// What tracks without limits tell of a road model: the limits of their speed have told the types of
-/// their roads, of which they know the hills; such limits are no signs, and change more often than the
-/// types of roads do.
+/// The part of a road model that tracks without limits tell: the limits of their speed have told the
+/// types of their roads, of which they know the hills; such limits are no signs, and change more often
+/// than the types of roads do.
 fn hills_and_missions(mut values: Value) -> Value {
     let is_told = |key: &str| key.starts_with("mission.") || key.contains(".topography.");
     if let Some(road) = values.get_mut("road").and_then(Value::as_object_mut) {

@@ -3,7 +3,7 @@
 use crate::calibrate_totals::{CalibrateTotalsAnswer, HeldBackTrip};
 use serde::Serialize;
 
-/// What the study said of trips that were held back.
+/// A check on trips that were held back.
 #[derive(Clone, Debug, Serialize)]
 pub struct HeldBack {
     /// Trips that it was learnt from.
@@ -12,7 +12,7 @@ pub struct HeldBack {
     pub column: String,
     /// Consumption of the trips together, as measured.
     pub measured: f64,
-    /// What was expected of them with their weights and lengths.
+    /// Expectation for them with their weights and lengths.
     pub expected: f64,
     /// Trips within the interval that holds 90 % of such trips.
     pub within: usize,
@@ -21,7 +21,7 @@ pub struct HeldBack {
 }
 
 impl HeldBack {
-    /// Of trips; none where there are none.
+    /// Makes the check of trips; none where there are none.
     pub(super) fn new(answer: &CalibrateTotalsAnswer, trips: &[HeldBackTrip]) -> Option<Self> {
         let length_m: f64 = trips.iter().map(|trip| trip.length_m).sum();
         let over = |of: fn(&HeldBackTrip) -> f64| {

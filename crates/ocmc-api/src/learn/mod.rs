@@ -56,18 +56,18 @@ pub struct LearnRequest<'a> {
 pub struct LearntFile {
     /// Its path below the folder.
     pub path: PathBuf,
-    /// What it is; none where no reader takes it.
+    /// Kind of the file; none where no reader takes it.
     pub kind: Option<ExportKind>,
     /// Why it is not used.
     pub left_out: Option<String>,
 }
 
-/// What the files of a fleet tell.
+/// The answer of learning from the files of a fleet.
 #[derive(Clone, Debug, Serialize)]
 pub struct LearnAnswer {
     /// The files, in the order of their names.
     pub files: Vec<LearntFile>,
-    /// What was fitted, and what was not, with the reason.
+    /// The fits that were tried; where one was refused, the reason.
     pub parts: Vec<LearntPart>,
     /// The calibration to all totals; none where there are none.
     pub totals: Option<CalibrateTotalsAnswer>,
@@ -75,7 +75,7 @@ pub struct LearnAnswer {
     pub no_totals: Option<String>,
     /// The study that was learnt from the other trips, on those that were held back.
     pub held_back: Option<HeldBack>,
-    /// What the base, and what the new study, owes to numbers that are judged.
+    /// The parts of the base's mean, and of the new study's, that hang on judged numbers.
     pub doubt: [Doubted; 2],
     /// The judged numbers that others have replaced, each with its standing.
     pub replaced: Vec<ReplacedNumber>,
@@ -83,7 +83,7 @@ pub struct LearnAnswer {
     pub judged: Vec<String>,
     /// The study, as the text of its file.
     pub study_toml: String,
-    /// What was read.
+    /// Accounts of the files that were read.
     pub inputs: Vec<FileAccount>,
     /// How long it took, in s.
     pub wall_s: f64,
@@ -112,12 +112,12 @@ pub struct LearnAnswer {
 /// ```
 ///
 /// # Errors
-/// [`Error::NoiseShare`] where a share is out of its range, [`Error::File`] where the folder cannot be read, [`Error::NothingToLearn`] where nothing in it tells
-/// anything, [`Error::Interrupted`].
+/// [`Error::SmallShare`] where a share is out of its range, [`Error::File`] where the folder cannot be
+/// read, [`Error::NothingToLearn`] where nothing in it tells anything, [`Error::Interrupted`].
 pub fn learn(request: &LearnRequest, watch: &mut Watch) -> Result<LearnAnswer, Error> {
     request.noise.check()?;
     if !(0.0..=0.5).contains(&request.hold_back) {
-        return Err(Error::NoiseShare { name: "hold_back", value: request.hold_back });
+        return Err(Error::SmallShare { name: "hold_back", value: request.hold_back });
     }
     let clock = Instant::now();
     let (base_name, base) = &request.base;
@@ -132,7 +132,10 @@ pub fn learn(request: &LearnRequest, watch: &mut Watch) -> Result<LearnAnswer, E
             match with.calibrated(table, &held, watch) {
                 Ok((answer, trips)) => HeldBack::new(&answer, &trips),
                 Err(error @ Error::Interrupted(_)) => return Err(error),
-                Err(_) => None,
+                Err(error) => {
+                    warnings.push(format!("there is no check on trips held back: {error}"));
+                    None
+                }
             }
         }
         None => None,

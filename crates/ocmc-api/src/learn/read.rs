@@ -35,7 +35,7 @@ impl ReadRoads {
     }
 }
 
-/// What was read.
+/// Accounts of the files that were read.
 pub(super) struct Read {
     pub(super) files: Vec<LearntFile>,
     /// Roads with limits of their own.

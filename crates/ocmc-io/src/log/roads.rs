@@ -70,9 +70,9 @@ pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
 /// The roads of a log whose drives are in part held back.
 #[derive(Clone, Debug, Default)]
 pub struct RoadsApart {
-    /// Those of the drives that are not.
+    /// Roads of the drives that are not held back.
     pub others: FoundRoads,
-    /// Those of the drives that are.
+    /// Roads of the drives that are held back.
     pub held_back: FoundRoads,
     /// Totals of all drives that tell an amount.
     pub totals: Vec<(Amount, TripTotal)>,

@@ -12,7 +12,7 @@ const DRAWN: usize = 30;
 /// A benchmark, as far as its page needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct BenchmarkPage<'a> {
-    /// What the study is called.
+    /// Name of the study.
     pub study: &'a str,
     /// Unit of the consumption.
     pub unit: &'a str,
@@ -24,7 +24,7 @@ pub struct BenchmarkPage<'a> {
     pub far: usize,
     /// Trucks and drivers.
     pub rankings: &'a [BenchmarkRanking],
-    /// What a date or a group changed: the kind, what it is compared with, trips of both, and the
+    /// Changes by a date or a group: the kind, what it is compared with, trips of both, and the
     /// change with its 95 % interval.
     pub changes: &'a [BenchmarkChange],
     /// The answer as text.
@@ -39,7 +39,7 @@ pub type BenchmarkChange = (String, String, [usize; 2], Option<(f64, [f64; 2])>)
 /// Trucks, or drivers.
 #[derive(Clone, Debug)]
 pub struct BenchmarkRanking {
-    /// What they are.
+    /// Their meaning.
     pub what: &'static str,
     /// How many there are.
     pub count: usize,

@@ -7,7 +7,7 @@ use super::{FOOT, STYLE, folded, page_head};
 use crate::label::label;
 use std::fmt::Write;
 
-/// What was learnt, as far as its page needs it.
+/// A learnt study, as far as its page needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct LearnPage<'a> {
     /// Name of the study.
@@ -20,7 +20,7 @@ pub struct LearnPage<'a> {
     pub points: &'a [[f64; 4]],
     /// Numbers that were judged and no longer are: key, entry, standing.
     pub standings: &'a [[String; 3]],
-    /// What was read, a line a file.
+    /// Accounts of the files, a line each.
     pub accounts: &'a [String],
 }
 

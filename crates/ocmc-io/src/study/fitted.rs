@@ -208,7 +208,7 @@ fn remove(values: &mut Table, path: &str) -> bool {
 pub struct StudyPart {
     /// The command.
     pub command: &'static str,
-    /// What it has read, in words.
+    /// Names of its sources.
     pub sources: String,
     /// The values ([`FittedPart::json`]).
     pub values: serde_json::Value,

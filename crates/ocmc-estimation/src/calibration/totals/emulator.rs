@@ -17,7 +17,7 @@ const LEAST_SQUARE: f64 = 1e-4;
 /// Least SD of ln L of a design whose lengths differ.
 const LEAST_LENGTH_SD: f64 = 1e-3;
 
-/// What is known of the trips of a table.
+/// The columns of a table that explain its trips.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Known {
     /// Whether their gross weights are.
@@ -127,12 +127,12 @@ impl Emulator {
         Some(emulator)
     }
 
-    /// What is known of the trips of a table.
+    /// The columns of a table that explain its trips.
     pub fn known(&self) -> &Known {
         &self.known
     }
 
-    /// What explains a trip; of several trips together that of one.
+    /// Regressors of a trip; of several trips together those of one.
     fn x(&self, row: &TotalsRow) -> Vec<f64> {
         let mut x = vec![1.0];
         if self.known.gross {

@@ -17,7 +17,7 @@ const TOLERANCE: f64 = 1e-6;
 /// How often a step is halved.
 const MOST_HALVINGS: usize = 20;
 
-/// What all rows share beside the scores.
+/// Quantities that all rows share beside the scores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shared {
     /// SD of the shift of each response, of ln.
@@ -26,7 +26,7 @@ pub struct Shared {
     pub weight: f64,
 }
 
-/// What is probable.
+/// The most probable scores, and their errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Posterior {
     /// Scores.
@@ -140,7 +140,7 @@ pub fn posterior(
     Posterior { scores: found.to_vec(), covariance, shifts, residuals }
 }
 
-/// What is expected to be left by rows like these, at scores: their errors, without residuals.
+/// The posterior to be expected of rows like these, at scores: their errors, without residuals.
 pub fn expected(
     emulator: &Emulator,
     rows: &[TotalsRow],
