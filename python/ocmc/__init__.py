@@ -15,6 +15,7 @@ Examples
 """
 
 import importlib
+import importlib.util
 import signal
 import sys
 from types import ModuleType
@@ -84,7 +85,8 @@ __all__ = [
     "vehicles",
 ]
 
-_WITH_EXTRAS = ["dask", "map", "plot"]
+# what each part cannot be imported without
+_WITH_EXTRAS = {"dask": "distributed", "map": None, "plot": "matplotlib"}
 
 
 def __getattr__(name: str) -> ModuleType:
@@ -95,8 +97,9 @@ def __getattr__(name: str) -> ModuleType:
 
 
 def __dir__() -> list[str]:
-    """List what is public."""
-    return [*__all__, *_WITH_EXTRAS]
+    """List what is public, and can be imported here: ``help`` and ``inspect`` import all of it."""
+    parts = _WITH_EXTRAS.items()
+    return [*__all__, *(part for part, needs in parts if needs is None or importlib.util.find_spec(needs))]
 
 
 def _main() -> NoReturn:

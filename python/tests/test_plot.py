@@ -139,14 +139,32 @@ def test_two_studies(study, run):
     ax = drawn(ocmc.plot.comparison(run, other))
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert [text.partition(":")[0] for text in texts] == ["field-truck", "loaded"]
-    assert f"{other['consumption_l_per_100km'].mean():.4g}" in texts[1]
+    statistic = other.summary()["statistics"]["consumption_l_per_100km"]
+    low, high = statistic["ci95"]
+    assert texts[1] == f"loaded: {statistic['mean']:.4g} ± {(high - low) / 2:.2g}"
+    assert "95 %" in ax.get_legend().get_title().get_text()
+    assert ax.lines[1].get_xdata()[0] == pytest.approx(statistic["mean"])
+
+
+def test_the_two_of_a_comparison_have_two_names(study, run):
+    def names(*runs, **options):
+        legend = ocmc.plot.comparison(*runs, **options).get_legend()
+        return [text.get_text().partition(":")[0] for text in legend.get_texts()]
+
+    loaded = study.set("mission.payload_kg", 20000).run(cycles=100)
+    assert names(run, loaded) == ["field-truck A", "field-truck B"]
+    assert names(run, loaded, names=["empty", "full"]) == ["empty", "full"]
+    for wrong in ["ab", ["a"], ["a", "b", "c"]]:
+        with pytest.raises(ValueError, match="allowed are 2 names"):
+            ocmc.plot.comparison(run, loaded, names=wrong)
 
 
 def test_a_single_cycle_is_drawn(study):
     one = study.run(cycles=1)
     ax = drawn(ocmc.plot.comparison(one, one))
     value = one["consumption_l_per_100km"][0]
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"field-truck: {value:.4g}"] * 2
+    wanted = [f"field-truck {side}: {value:.4g}" for side in "AB"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == wanted
     quantiles = {artist.get_xdata()[0] for artist in drawn(ocmc.plot.consumption(one)).lines}
     assert len(quantiles) == 1
     assert quantiles.pop() == pytest.approx(value)

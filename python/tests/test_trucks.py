@@ -99,7 +99,19 @@ def test_pictures(fleet):
     assert sorted(fleet.trucks["consumption_l_per_100km"]) == pytest.approx(list(points))
     with pytest.raises(ValueError, match="a truck of its own"):
         ocmc.plot.trucks(ocmc.Study("field-truck").set("mission.length_m", 3000.0).run(cycles=3))
-    share = {"factor": "road", "first": 0.5}
-    part = {"factor": "driver.pedals", "first": 0.1}
-    bars = ocmc.plot.shares({"trips": {"factors": [share, part]}, "years": {"factors": [share]}}).patches
-    assert [bar.get_height() for bar in bars] == [50.0, 50.0]
+
+
+def test_shares_stand_beside_one_another():
+    """Estimates of first-order shares may sum to more than the whole: nothing is stacked."""
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("agg")
+    road = {"factor": "road", "first": 0.7, "first_ci95": [0.6, 0.9]}
+    driver, part = {"factor": "driver", "first": 0.52}, {"factor": "driver.pedals", "first": 0.1}
+    ax = ocmc.plot.shares({"trips": {"factors": [road, driver, part]}, "years": {"factors": [driver]}})
+    bars = [bar for bar in ax.patches if np.isfinite(bar.get_height())]
+    assert [(bar.get_y(), bar.get_height()) for bar in bars] == [(0.0, 70.0), (0.0, 52.0), (0.0, 52.0)]
+    lefts = sorted(bar.get_x() for bar in bars)
+    assert (np.diff(lefts) >= bars[0].get_width() - 1e-9).all(), "they do not cover one another"
+    whisker = ax.collections[0].get_segments()[0]
+    assert whisker[:, 1] == pytest.approx([60.0, 90.0])
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["road", "driver"]

@@ -1,6 +1,7 @@
-"""Trucks of a fleet: their years beside one another, and how the spread is shared out at each level."""
+"""Trucks of a fleet: their years beside one another, and what explains their spread at each level."""
 
 from collections.abc import Mapping
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -76,12 +77,12 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
 
 
 def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) -> Axes:
-    """Draw what each factor explains at each level, as stacked bars.
+    """Draw what each factor explains at each level, as bars beside one another.
 
     Parameters
     ----------
     answers : dict
-        Answers of `Study.sensitivity` by the name of their bar, such as ``{"trips":
+        Answers of `Study.sensitivity` by the name of their bars, such as ``{"trips":
         study.sensitivity(...), "truck-years": study.sensitivity(..., over="truck")}``.
     ax : matplotlib.axes.Axes, optional
         Where to draw; new axes by default.
@@ -89,8 +90,8 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a bar for each answer, a part for each factor by its first-order share, without
-        those below zero. The rest to 100 % is joint effects, and error.
+        The axes: for each factor a bar for each answer, its first-order share with the 95 % interval.
+        They are not stacked: each is an estimate with an error of its own, and they sum to no whole.
 
     Examples
     --------
@@ -99,20 +100,29 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
     >>> len(ocmc.plot.shares({"trips": answer}).patches)
     2
     """
-    ax = axes(ax, legend_beside=True)
-    factors: list[str] = []
-    for answer in answers.values():
-        # parts of factors stand below them already
-        names = [share["factor"] for share in answer["factors"] if "." not in share["factor"]]
-        factors += [name for name in names if name not in factors]
-    bottoms = np.zeros(len(answers))
-    for factor, colour in zip(factors, COLOURS, strict=False):
-        heights = [
-            100.0 * max(sum(s["first"] for s in answer["factors"] if s["factor"] == factor), 0.0)
-            for answer in answers.values()
-        ]
-        ax.bar(list(answers), heights, bottom=bottoms, color=colour, label=factor, width=0.6)
-        bottoms += np.asarray(heights)
+    ax = axes(ax)
+    # parts of factors are in them already
+    wholes = [
+        {share["factor"]: share for share in answer["factors"] if "." not in share["factor"]}
+        for answer in answers.values()
+    ]
+    factors = list(dict.fromkeys(factor for whole in wholes for factor in whole))
+    places, width = np.arange(len(factors), dtype=float), 0.8 / len(answers)
+    for k, (name, whole, colour) in enumerate(zip(answers, wholes, cycle(COLOURS))):
+        found = [whole.get(factor, {}) for factor in factors]
+        heights = np.array([100.0 * share.get("first", np.nan) for share in found])
+        ends = np.array([share.get("first_ci95") or [np.nan, np.nan] for share in found], dtype=float)
+        ax.bar(
+            places + (k - (len(answers) - 1) / 2.0) * width,
+            heights,
+            width=width,
+            color=colour,
+            label=name,
+            yerr=np.abs(100.0 * ends.T - heights),
+            error_kw={"elinewidth": 1.0, "ecolor": ink(), "capsize": 2},
+        )
+    ax.axhline(0.0, color=ink(), linewidth=0.6)
+    ax.set_xticks(places, labels=[factor.replace("_", " ") for factor in factors])
     ax.set_ylabel("share of the variance, first order, %")
-    ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    ax.legend(frameon=False)
     return spine_free(ax)
