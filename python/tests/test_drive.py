@@ -153,7 +153,7 @@ def test_what_is_wrong_is_said(truck, route, speed_file, tmp_path):
     wrong(ValueError, "`follow_speed`: `driver` takes a drive cycle over time", route, follow_speed="driver")
     for cycle in [speed_file, SPEED]:
         wrong(ValueError, "to keep: leave `keep` out", cycle, follow_speed="exact", keep=["weather"])
-    wrong(ValueError, "say with `follow_speed` how to follow it", SPEED)
+    wrong(ValueError, "in Python follow_speed", SPEED)
     wrong(ValueError, "several items, allowed are paths", [SPEED, route], follow_speed="exact")
     wrong(
         ValueError, '`follow_speed` is "fast", allowed is one of: driver, exact', route, follow_speed="fast"

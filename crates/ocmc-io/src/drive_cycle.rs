@@ -38,10 +38,13 @@ const SHORTEST_STEP_M: f64 = 1.0;
 /// truck only starts and ends.
 const INSIDE_M: f64 = 0.5;
 
-/// Whether a file is a table over time, of ours or of VECTO, or at least none over the way; what
+/// Whether a source is a table over time, of ours or of VECTO, or at least none over the way; what
 /// cannot be read is none.
-pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
-    let (ours, vecto) = (is_table(path), ending(path) == "vdri");
+pub fn is_one(source: Source, mappings: &[Mapping]) -> bool {
+    let (ours, vecto) = match source {
+        Source::File(path) => (is_table(path), ending(path) == "vdri"),
+        Source::Text(..) | Source::Given(_) => (true, false),
+    };
     // a cycle of VECTO over distance may name the time, too
     let distance =
         |name: &String| vecto && VECTO_CYCLE.quantity_of(name) == Some(Quantity::Position);
@@ -50,7 +53,7 @@ pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
         let meant = ROUTE.means(name).or_else(|| TRACKS.means(name));
         meant.is_some_and(|quantity| place.contains(&quantity))
     };
-    match Table::open(Source::File(path), &DRIVE_CYCLE, mappings) {
+    match Table::open(source, &DRIVE_CYCLE, mappings) {
         Ok(table) => {
             let time = table.column(Quantity::Time).is_some();
             let names = table.names();

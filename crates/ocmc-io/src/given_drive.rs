@@ -99,6 +99,8 @@ pub struct GivenDrive {
     keep: Vec<Keep>,
     draw: Vec<Draw>,
     stop_plan: Option<PathBuf>,
+    /// Content of the route, in CSV, where it is no file but a table of a calling program.
+    table: Option<String>,
     how: How,
     /// What was read of a drive cycle.
     read: Option<FileAccount>,
@@ -125,6 +127,7 @@ impl GivenDrive {
             keep: Vec::new(),
             draw: Vec::new(),
             stop_plan: None,
+            table: None,
             how: How::Driven,
             read: None,
         }
@@ -150,25 +153,50 @@ impl GivenDrive {
         }
         let (how, read) = match follow {
             None => (How::Driven, None),
-            Some(follow) => followed(&files, &mappings, &draw, follow)?,
+            Some(follow) => {
+                let [file] = files.as_slice() else { return Err(GivenDriveError::Several) };
+                let options =
+                    RouteOptions { mappings: &mappings, draw: &draw, ..RouteOptions::default() };
+                followed(Source::File(file), options, follow)?
+            }
         };
-        Self { files, mappings, keep, draw, stop_plan, how, read }.checked()
+        Self { files, mappings, keep, draw, stop_plan, table: None, how, read }.checked()
     }
 
-    /// A drive cycle over time that a calling program holds as a table.
+    /// A route, or a drive cycle over time, that a calling program holds as a table.
     ///
     /// # Errors
     /// As [`GivenDrive::read`].
     pub fn of_table(
         table: &GivenTable,
-        mappings: &[Mapping],
+        mappings: Vec<Mapping>,
         keep: Vec<Keep>,
         draw: Vec<Draw>,
-        follow: Follow,
+        stop_plan: Option<PathBuf>,
+        follow: Option<Follow>,
     ) -> Result<Self, GivenDriveError> {
-        let (how, read) = cycle(Source::Given(table), mappings, follow)?;
+        let source = Source::Given(table);
         let files = vec![table.path().to_owned()];
-        Self { files, keep, draw, how, read: Some(read), ..Self::nothing() }.checked()
+        if follow.is_some() && stop_plan.is_some() {
+            return Err(GivenDriveError::StopPlan);
+        }
+        // a route is part of the study that a manifest keeps
+        let is_route = follow.is_none() || !drive_cycle::is_one(source, &mappings);
+        let written = is_route.then(|| table.written()).transpose()?;
+        let text = written.as_ref().map(GivenTable::to_csv).transpose()?;
+        let given = Self { files, mappings, keep, draw, stop_plan, table: text, ..Self::nothing() };
+        let (how, read) = match follow {
+            Some(follow) => followed(source, given.options(), follow)?,
+            None => {
+                given_cycle::read_route(table.path(), given.options()).map_err(|error| {
+                    let (mappings, draw) = (&given.mappings, &given.draw);
+                    let check = |table| given_cycle::check_table(table, mappings, draw).err();
+                    written.as_ref().and_then(check).unwrap_or(error)
+                })?;
+                (How::Driven, None)
+            }
+        };
+        Self { how, read, ..given }.checked()
     }
 
     /// A drive cycle says nothing that a route could keep, and lacks nothing.
@@ -231,8 +259,8 @@ impl GivenDrive {
 
     /// How its routes are read.
     fn options(&self) -> RouteOptions<'_> {
-        let stop_plan = self.stop_plan.as_deref();
-        RouteOptions { mappings: &self.mappings, draw: &self.draw, stop_plan }
+        let (stop_plan, table) = (self.stop_plan.as_deref(), self.table.as_deref());
+        RouteOptions { mappings: &self.mappings, draw: &self.draw, stop_plan, table }
     }
 
     /// Whether nothing is given.
@@ -338,10 +366,12 @@ impl GivenDrive {
         }
         let mut same = run_routes.len() == self.files.len();
         for (file, route) in self.files.iter().zip(run_routes) {
-            same &= route.sha256.as_ref() == Some(&given_cycle::file_hash(file)?);
+            same &= route.sha256.as_ref()
+                == Some(&given_cycle::file_hash(file, self.table.as_deref())?);
             same &= route.keep == self.keep && route.draw == self.draw;
             same &= route.columns == Mapping::columns(&self.mappings);
-            let plan = self.stop_plan.as_deref().map(given_cycle::file_hash).transpose()?;
+            let plan = self.stop_plan.as_deref();
+            let plan = plan.map(|plan| given_cycle::file_hash(plan, None)).transpose()?;
             same &= route.stop_plan_sha256 == plan;
         }
         Ok(same)
@@ -429,20 +459,18 @@ impl GivenDrive {
 }
 
 fn followed(
-    files: &[PathBuf],
-    mappings: &[Mapping],
-    draw: &[Draw],
+    source: Source,
+    options: RouteOptions,
     follow: Follow,
 ) -> Result<(How, Option<FileAccount>), GivenDriveError> {
-    let [file] = files else { return Err(GivenDriveError::Several) };
-    if !drive_cycle::is_one(file, mappings) {
+    if !drive_cycle::is_one(source, options.mappings) {
         if follow == Follow::Driver {
             return Err(GivenDriveError::Route);
         }
-        given_cycle::read_route(file, RouteOptions { mappings, draw, stop_plan: None })?;
+        given_cycle::read_route(source.path(), options)?;
         return Ok((How::Planned, None));
     }
-    let (how, read) = cycle(Source::File(file), mappings, follow)?;
+    let (how, read) = cycle(source, options.mappings, follow)?;
     Ok((how, Some(read)))
 }
 

@@ -28,6 +28,10 @@ pub(crate) fn exception(error: Error) -> PyErr {
         Error::GivenDrive(GivenDriveError::Several | GivenDriveError::Route) => {
             PyValueError::new_err(format!("`follow_speed`: {text}"))
         }
+        Error::GivenDrive(GivenDriveError::File(error)) => {
+            let help = error.help().map(|help| format!("; {help}"));
+            PyValueError::new_err(text + &help.unwrap_or_default())
+        }
         Error::Tobit => PyValueError::new_err(format!("`tobit` {text}")),
         _ => PyValueError::new_err(text),
     }

@@ -30,21 +30,17 @@ pub(crate) fn given(
     let mappings = mappings(columns)?;
     let files = inputs(files, "files")?;
     if let [Source::Table(table)] = files.as_slice() {
-        let follow = follow.ok_or_else(|| {
-            PyValueError::new_err(
-                "`files` is a table, which is a drive cycle over time: say with `follow_speed` how to follow it; routes \
-                 come as files",
-            )
-        })?;
-        let given = py.detach(|| GivenDrive::of_table(table, &mappings, keep, draw, follow));
-        let given = given.map_err(|error| exception(error.into()))?;
-        told_of_cycle(py, &given, progress)?;
-        return Ok((given, Vec::new()));
+        let read = py.detach(|| -> Result<_, Error> {
+            let given = GivenDrive::of_table(table, mappings, keep, draw, stop_plan, follow)?;
+            let accounts = given.accounts();
+            Ok((given, accounts))
+        });
+        return told(py, read.map_err(exception)?, progress);
     }
     let paths = files.into_iter().map(|file| match file {
         Source::File(path) => Ok(path),
         Source::Table(_) => {
-            Err(PyValueError::new_err("`files` has several items, allowed are paths"))
+            Err(PyValueError::new_err("`files` has several items, allowed are paths, or one table"))
         }
     });
     let paths: Vec<PathBuf> = paths.collect::<PyResult<_>>()?;
@@ -54,18 +50,22 @@ pub(crate) fn given(
         let accounts = given.accounts();
         Ok((given, accounts))
     });
-    let (given, accounts) = read.map_err(exception)?;
-    told_of_cycle(py, &given, progress)?;
+    told(py, read.map_err(exception)?, progress)
+}
+
+/// Says what was read, and warns of what is odd in it.
+fn told(
+    py: Python,
+    (given, accounts): (GivenDrive, Vec<Account>),
+    progress: Option<&Bound<PyAny>>,
+) -> PyResult<(GivenDrive, Vec<Account>)> {
+    if let Some(read) = given.cycle_account() {
+        read.told().iter().try_for_each(|told| note(py, progress, told))?;
+        read.warnings().iter().try_for_each(|warning| warn(py, warning))?;
+    }
     let told = accounts.iter().flat_map(|account| &account.told);
     told.into_iter().try_for_each(|told| note(py, progress, told))?;
     let doubts = accounts.iter().flat_map(|account| account.warnings.iter().cloned());
     given.warnings().into_iter().chain(doubts).try_for_each(|warning| warn(py, &warning))?;
     Ok((given, accounts))
-}
-
-/// Says what was read of a drive cycle, and warns of what is odd in it.
-fn told_of_cycle(py: Python, given: &GivenDrive, progress: Option<&Bound<PyAny>>) -> PyResult<()> {
-    let Some(read) = given.cycle_account() else { return Ok(()) };
-    read.told().iter().try_for_each(|told| note(py, progress, told))?;
-    read.warnings().iter().try_for_each(|warning| warn(py, warning))
 }

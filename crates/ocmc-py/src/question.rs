@@ -230,10 +230,13 @@ impl PyStudy {
     /// Parameters
     /// ----------
     /// files : str or os.PathLike, or a list of these, or table
-    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows
-    ///     (CSV); of several, each cycle drives one. With `follow_speed` one drive cycle over time,
-    ///     a CSV file or a table with ``time_s``, ``speed_mps`` or
-    ///     ``speed_kmh``, and ``slope`` or ``grade``; or, with ``"exact"``, a route.
+    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows, a CSV
+    ///     file or one table with ``position_m`` or ``latitude`` and ``longitude``,
+    ///     ``speed_limit_kmh``, ``altitude_m`` and others; of several files, each cycle drives one. With
+    ///     `follow_speed` one drive cycle over time, a CSV file or a table with ``time_s`` or a column
+    ///     of dates, ``speed_mps`` or ``speed_kmh``, and ``slope`` or ``grade``; or, with ``"exact"``,
+    ///     a route. Tables are whatever speaks Arrow (pandas, polars, pyarrow, duckdb), or a dictionary
+    ///     of columns.
     /// cycles : int
     ///     Number of cycles, at least 1.
     /// columns : dict of str to str, optional
@@ -263,7 +266,7 @@ impl PyStudy {
     /// -------
     /// Run
     ///     The records, as of ``ocmc drive``. Where a speed was followed, the run's manifest holds
-    ///     it beside the study.
+    ///     it beside the study, and a route that was a table in the study.
     ///
     /// Raises
     /// ------
@@ -288,6 +291,9 @@ impl PyStudy {
     /// >>> run = study.drive(speed, cycles=10, follow_speed="exact")
     /// >>> run["distance_m"][0], run["duration_s"][0]
     /// (np.float64(3000.0), np.float64(180.0))
+    /// >>> route = {"position_m": [0.0, 2000.0, 5000.0], "speed_limit_kmh": [50.0, 80.0, 80.0]}
+    /// >>> len(study.drive(route, cycles=10))
+    /// 10
     #[pyo3(
         signature = (
             files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None

@@ -54,6 +54,9 @@ pub struct RouteModel {
     /// SHA-256 of the stop plan, likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_plan_sha256: Option<String>,
+    /// Content of the file, in CSV, where it is a table that a Python program gave.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
 }
 
 /// What a route takes from its file instead of having it drawn.

@@ -16,6 +16,7 @@ mod vdri;
 use crate::input_file;
 use crate::intake::table::error::Fault;
 use crate::intake::table::formats::{DRIVE_CYCLE, TRACKS};
+use crate::intake::table::given::GivenTable;
 use crate::intake::table::source::{ending, is_of_format, is_table, is_track, read_text};
 use crate::intake::table::{Mapping, Quantity, Source, Table, TableError};
 use crate::intake::{FileAccount, Finding, drawn, high_altitude, slope, unlike_a_road};
@@ -57,6 +58,8 @@ pub struct RouteOptions<'a> {
     pub draw: &'a [Draw],
     /// A file with the stop plan that is driven on the route.
     pub stop_plan: Option<&'a Path>,
+    /// The content, in CSV, of what is no file but a table of a calling program.
+    pub table: Option<&'a str>,
 }
 
 /// Reads a given operating cycle; the ending of the name, and for tables the header, say in which
@@ -108,14 +111,18 @@ fn read_unjudged(
     path: &Path,
     options: RouteOptions,
 ) -> Result<(GivenCycle, FileAccount), TableError> {
-    let RouteOptions { mappings, draw, stop_plan } = options;
+    let RouteOptions { mappings, draw, stop_plan, table } = options;
+    let read = |mappings: &[Mapping]| match table {
+        Some(text) => read_table(Source::Text(path, text), mappings, draw),
+        None => read_file(path, mappings, draw),
+    };
     let Some(plan) = stop_plan else {
-        let (cycle, account, _) = read_file(path, mappings, draw)?;
+        let (cycle, account, _) = read(mappings)?;
         return Ok((cycle, account));
     };
     let (of_plan, of_route): (Vec<Mapping>, Vec<Mapping>) =
         mappings.iter().cloned().partition(stop_plan::is_of_plan);
-    let (mut cycle, mut account, points) = read_file(path, &of_route, draw)?;
+    let (mut cycle, mut account, points) = read(&of_route)?;
     check_readable(plan)?;
     let read = StopPlan::read(Source::File(plan), &of_plan)?;
     let of_plan = read.put_on(&mut cycle, points.as_ref())?;
@@ -126,36 +133,53 @@ fn read_unjudged(
     Ok((cycle, account))
 }
 
-fn read_file(
-    path: &Path,
-    mappings: &[Mapping],
-    draw: &[Draw],
-) -> Result<(GivenCycle, FileAccount, Option<route::Points>), TableError> {
-    let alone = |(cycle, account)| (cycle, account, None);
+/// A route, what was read of it, and its points where it has coordinates.
+type ReadRoute = (GivenCycle, FileAccount, Option<route::Points>);
+
+fn read_file(path: &Path, mappings: &[Mapping], draw: &[Draw]) -> Result<ReadRoute, TableError> {
     match ending(path).as_str() {
-        "vdri" => vdri::read(Source::File(path), mappings).map(alone),
+        "vdri" => {
+            let (cycle, account) = vdri::read(Source::File(path), mappings)?;
+            Ok((cycle, account, None))
+        }
         "json" if !is_of_format(path) => {
             let cycle = track_file::read_json(path, &read_text(path)?, draw)?;
             let file = path.display().to_string();
             Ok((cycle, FileAccount { file, ..FileAccount::default() }, None))
         }
         _ if is_track(path) => route::read(Source::File(path), mappings, draw),
-        _ if is_table(path) && stop_plan::is_one(path, mappings) => {
-            stop_plan::read_alone(Source::File(path), mappings, draw).map(alone)
-        }
-        _ if is_table(path) => {
-            let tracks = Table::open(Source::File(path), &TRACKS, &[])?;
-            if tracks.column(Quantity::Track).is_some() {
-                track_file::read_table(tracks, draw).map(alone)
-            } else {
-                route::read(Source::File(path), mappings, draw)
-            }
-        }
+        _ if is_table(path) => read_table(Source::File(path), mappings, draw),
         _ => {
             check_readable(path)?;
             Err(TableError::of(path, Fault::Extension))
         }
     }
+}
+
+/// Reads a route from any table: a stop plan, tracks, or rows.
+fn read_table(
+    source: Source,
+    mappings: &[Mapping],
+    draw: &[Draw],
+) -> Result<ReadRoute, TableError> {
+    let alone = |(cycle, account)| (cycle, account, None);
+    if stop_plan::is_one(source, mappings) {
+        return stop_plan::read_alone(source, mappings, draw).map(alone);
+    }
+    let tracks = Table::open(source, &TRACKS, &[])?;
+    if tracks.column(Quantity::Track).is_some() {
+        return track_file::read_table(tracks, draw).map(alone);
+    }
+    route::read(source, mappings, draw)
+}
+
+/// Whether a table can be read as a route; what is wrong with it stands in a row, not in a line.
+pub(crate) fn check_table(
+    table: &GivenTable,
+    mappings: &[Mapping],
+    draw: &[Draw],
+) -> Result<(), TableError> {
+    read_table(Source::Given(table), mappings, draw).map(drop)
 }
 
 /// Reads an operating cycle from the text of a CSV file as `ocmc cycle` writes it; `path` is its
@@ -180,12 +204,13 @@ pub fn check_readable(path: &Path) -> Result<(), TableError> {
     read.map(drop).map_err(TableError::read(path))
 }
 
-/// SHA-256 of a file, or of what is built in under its name, in hexadecimal digits.
+/// SHA-256 of a file, of what is built in under its name, or of the content of a table that is no
+/// file, in hexadecimal digits.
 ///
 /// # Errors
 /// Where it cannot be read.
-pub fn file_hash(path: &Path) -> Result<String, TableError> {
-    match built_in(path) {
+pub fn file_hash(path: &Path, table: Option<&str>) -> Result<String, TableError> {
+    match table.or_else(|| built_in(path)) {
         Some(text) => Ok(sha256::of_bytes(text.as_bytes())),
         None => sha256::of_file(path).map_err(TableError::read(path)),
     }

@@ -84,7 +84,7 @@ impl Repeat {
 
     /// What has to be done before a command of this page is typed.
     pub(super) fn first(manifest: &Manifest) -> String {
-        let there = if manifest.routes().is_empty() {
+        let there = if manifest.routes().iter().all(|route| route.table.is_some()) {
             ""
         } else {
             " in the folder in which the run was started: that is where its routes are named from"

@@ -372,6 +372,7 @@ mod tests {
             sha256: None,
             stop_plan: None,
             stop_plan_sha256: None,
+            table: None,
         };
         let bare = RouteModel { draw: vec![Draw::Stops, Draw::Hills], ..route("a.csv", 1.0, &[]) };
         let message = "a.csv, where it lacks them with drawn stops and hills".to_owned();

@@ -132,7 +132,8 @@ impl LoadedStudy {
             let of_file = || {
                 let mappings = Mapping::of_columns(&route.columns).ok()?;
                 let stop_plan = route.stop_plan.as_deref().map(Path::new);
-                let options = RouteOptions { mappings: &mappings, draw: &route.draw, stop_plan };
+                let (draw, table) = (&route.draw, route.table.as_deref());
+                let options = RouteOptions { mappings: &mappings, draw, stop_plan, table };
                 given_cycle::read_route(path, options).ok()
             };
             // a route that is built in has been read by us
@@ -191,6 +192,7 @@ impl LoadedStudy {
             sha256: None,
             stop_plan: options.stop_plan.map(|plan| plan.display().to_string()),
             stop_plan_sha256: None,
+            table: options.table.map(str::to_owned),
         };
         self.model.mission.routes = files.iter().map(route).collect();
         let study = routes::attach(self.study, &mut self.model, &Files::here());

@@ -36,9 +36,10 @@ pub(super) fn attach(
 
 fn read(route: &mut RouteModel, files: &Files) -> Result<GivenCycle, Box<error::Fault>> {
     let built_in = given_cycle::built_in(Path::new(&route.file));
-    let path = match built_in {
-        Some(_) => PathBuf::from(&route.file),
-        None => files.path("mission.routes.file", &route.file)?,
+    let path = if built_in.is_some() || route.table.is_some() {
+        PathBuf::from(&route.file)
+    } else {
+        files.path("mission.routes.file", &route.file)?
     };
     let plan = route.stop_plan.as_ref();
     let plan = plan.map(|plan| files.path("mission.routes.stop_plan", plan)).transpose()?;
@@ -51,25 +52,31 @@ fn read_at(
     plan: Option<&Path>,
     built_in: Option<&str>,
 ) -> Result<GivenCycle, TableError> {
-    let cycle = if let Some(text) = built_in {
+    let table = route.table.as_deref();
+    let cycle = if let Some(text) = built_in.filter(|_| table.is_none()) {
         given_cycle::read_tracks(path, text)?
     } else {
         let mappings = Mapping::of_columns(&route.columns)?;
-        let options = RouteOptions { mappings: &mappings, draw: &route.draw, stop_plan: plan };
+        let options =
+            RouteOptions { mappings: &mappings, draw: &route.draw, stop_plan: plan, table };
         given_cycle::read_route(path, options)?.0
     };
-    route.sha256 = Some(checked_hash(path, route.sha256.take())?);
+    route.sha256 = Some(checked_hash(path, table, route.sha256.take())?);
     route.file = path.display().to_string();
     if let Some(plan) = plan {
-        route.stop_plan_sha256 = Some(checked_hash(plan, route.stop_plan_sha256.take())?);
+        route.stop_plan_sha256 = Some(checked_hash(plan, None, route.stop_plan_sha256.take())?);
         route.stop_plan = Some(plan.display().to_string());
     }
     Ok(cycle)
 }
 
 /// The hash of a file, which has to be the one that is wanted.
-fn checked_hash(path: &Path, wanted: Option<String>) -> Result<String, TableError> {
-    let found = given_cycle::file_hash(path)?;
+fn checked_hash(
+    path: &Path,
+    table: Option<&str>,
+    wanted: Option<String>,
+) -> Result<String, TableError> {
+    let found = given_cycle::file_hash(path, table)?;
     match wanted {
         Some(wanted) if wanted != found => {
             Err(TableError::of(path, Fault::Changed { found, wanted }))

@@ -135,7 +135,7 @@ fn routes_and_cycles() {
     same("tracks.csv", tracks, read);
     let cycle = "time_s,speed_kmh,grade\n0,0,0\n10,36,0.01\n20,36,0.02\n30.5,0,0\n";
     same("speed.csv", cycle, |path| {
-        assert!(drive_cycle::is_one(path, &[]));
+        assert!(drive_cycle::is_one(Source::File(path), &[]));
         drive_cycle::read(Source::File(path), &[]).unwrap()
     });
 }

@@ -423,14 +423,14 @@ mod tests {
                     1,Depot,Hannover,0,,,,06:30:00\n2,Kunde A,Celle,38.5,25,4,07:20,07:45\n\
                     3,Depot,Hannover,80,,,08:45,\n";
         std::fs::write(&file, text).unwrap();
-        assert!(is_one(&file, &[]));
+        assert!(is_one(Source::File(&file), &[]));
         let (cycle, account) = read(text).unwrap();
         assert_eq!((stops(&cycle), cycle.payload_kg), (vec![(38_500.0, 1500.0)], Some(4000.0)));
         assert!(account.told()[0].contains("`Ort` as place"), "{account:?}");
         // routes by rows, and tracks, are none
         for names in ["position_m,speed_limit_kmh,stop_s", "lat,lon,altitude_m", "track,rule"] {
             std::fs::write(&file, format!("{names}\n")).unwrap();
-            assert!(!is_one(&file, &[]), "{names}");
+            assert!(!is_one(Source::File(&file), &[]), "{names}");
         }
     }
 

@@ -7,7 +7,6 @@ use crate::intake::table::formats::{ROUTE, STOP_PLAN, TRACKS};
 use crate::intake::table::given::RowPlace;
 use crate::intake::table::{Mapping, Quantity, Row, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::PlannedMission;
-use std::path::Path;
 
 /// Columns of which any makes a table a stop plan.
 const MARKS: [Quantity; 5] =
@@ -23,8 +22,8 @@ const WITH_UNIT: [Quantity; 6] = [
 ];
 
 /// Whether a table is a stop plan: by its names, or by what is assigned.
-pub(in super::super) fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
-    let Ok(table) = Table::open(Source::File(path), &TRACKS, &[]) else { return false };
+pub(in super::super) fn is_one(source: Source, mappings: &[Mapping]) -> bool {
+    let Ok(table) = Table::open(source, &TRACKS, &[]) else { return false };
     let any = |is: &dyn Fn(&String) -> bool| table.names().iter().any(is);
     let is_marked = any(&|name| STOP_PLAN.means(name).is_some_and(|mark| MARKS.contains(&mark)));
     let is_assigned = mappings.iter().any(is_of_plan);

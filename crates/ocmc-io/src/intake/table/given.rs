@@ -7,6 +7,7 @@ use super::error::{Fault, TableError};
 use arrow_array::{Array, ArrayRef, Float64Array, StringArray};
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Where a row stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +96,46 @@ impl GivenTable {
         Ok(Cells::Numbers(Float64Array::from_iter_values(all)))
     }
 
+    /// The table with all cells as texts, as a file has them: numbers are written exactly, and what
+    /// is missing is empty.
+    ///
+    /// # Errors
+    /// [`TableError`] of a column that is neither numbers nor texts.
+    pub(crate) fn written(&self) -> Result<Self, TableError> {
+        let known = |number: &f64| !number.is_nan();
+        let column = |column| -> Result<ArrayRef, TableError> {
+            Ok(Arc::new(match self.cells(column)? {
+                Cells::Words(words) => words,
+                Cells::Numbers(numbers) => {
+                    let cells = numbers.iter().map(|number| number.filter(known));
+                    cells.map(|number| number.map(|number| number.to_string())).collect()
+                }
+            }))
+        };
+        let columns = (0..self.names.len()).map(column).collect::<Result<_, _>>()?;
+        Ok(Self { pieces: vec![columns], ..self.clone() })
+    }
+
+    /// The table in CSV.
+    ///
+    /// # Errors
+    /// As [`GivenTable::words`].
+    pub(crate) fn to_csv(&self) -> Result<String, TableError> {
+        let columns = (0..self.names.len()).map(|column| self.words(column));
+        let columns: Vec<StringArray> = columns.collect::<Result<_, _>>()?;
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let into_memory = "memory takes any text";
+        writer.write_record(&self.names).expect(into_memory);
+        for row in 0..self.rows() {
+            let cell = |words: &StringArray| {
+                if words.is_valid(row) { words.value(row).to_owned() } else { String::new() }
+            };
+            writer.write_record(columns.iter().map(cell)).expect(into_memory);
+        }
+        let bytes = writer.into_inner().expect(into_memory);
+        Ok(String::from_utf8(bytes).expect("made of texts"))
+    }
+
     /// A column as texts; numbers are written.
     ///
     /// # Errors
@@ -167,6 +208,16 @@ mod tests {
         let words = table(&[Arc::clone(&ids), ids]).words(0).expect("numbers can be written");
         let words: Vec<&str> = words.iter().map(Option::unwrap_or_default).collect();
         assert_eq!(words, ["18446744073709551615", "7", "18446744073709551615", "7"]);
+    }
+
+    #[test]
+    fn a_written_table_has_the_cells_of_a_file() {
+        let numbers: ArrayRef = Arc::new(Float64Array::from(vec![Some(0.1), None, Some(f64::NAN)]));
+        let words: ArrayRef = Arc::new(StringArray::from(vec![Some("a, b"), None, Some("\"c\"")]));
+        let names = ["x", "y"].map(str::to_owned).to_vec();
+        let table = GivenTable::new("t", names, vec![vec![numbers, words]]);
+        let written = table.written().and_then(|table| table.to_csv()).expect("cells");
+        assert_eq!(written, "x,y\n0.1,\"a, b\"\n,\n,\"\"\"c\"\"\"\n");
     }
 
     #[test]
