@@ -3,6 +3,8 @@ from os import PathLike
 from typing import Any, Literal, SupportsIndex, TypeAlias, final
 
 import numpy.typing as npt
+import pandas as pd
+import polars as pl
 
 from ocmc._answer import Answer
 from ocmc._summary import Summary
@@ -29,7 +31,8 @@ def compare(
     a: Study, b: Study, *, cycles: SupportsIndex, seed: SupportsIndex = 1,
     first_cycle: SupportsIndex = 0, column: str | None = None,
     out: str | PathLike[str] | None = None, format: Literal["parquet", "csv"] | None = None,
-    threads: SupportsIndex | None = None, progress: _Progress = None,
+    names: Sequence[str] | None = None, threads: SupportsIndex | None = None,
+    progress: _Progress = None,
 ) -> Answer: ...
 def benchmark(
     trips: object, study: Study, *, columns: _Columns = None, since: str | None = None,
@@ -117,22 +120,17 @@ def fit_fleet(
     draws: SupportsIndex = 4000,
     seed: SupportsIndex = 1,
 ) -> Answer: ...
+
+# fmt: off
 def fit_traffic(
-    table: object,
-    *,
-    columns: _Columns = None,
-    base: Study | None = None,
-    utc_offset_h: float | None = None,
-    zone: str | None = None,
+    table: object, *, columns: _Columns = None, base: Study | None = None,
+    utc_offset_h: float | None = None, zone: str | None = None,
 ) -> Answer: ...
 def fit_weather(
-    table: object,
-    *,
-    columns: _Columns = None,
-    base: Study | None = None,
-    utc_offset_h: float | None = None,
-    zone: str | None = None,
+    table: object, *, columns: _Columns = None, base: Study | None = None,
+    utc_offset_h: float | None = None, zone: str | None = None,
 ) -> Answer: ...
+# fmt: on
 def identify(
     logs: object,
     study: Study,
@@ -148,17 +146,14 @@ def identify(
     intervals: bool = True,
     progress: _Progress = None,
 ) -> Answer: ...
+
+# fmt: off
 def road(
-    logs: object,
-    *,
-    columns: _Columns = None,
-    limit_mps: float | None = None,
-    road_type: str | None = None,
-    stops: bool = True,
-    split_ratio: float | None = None,
-    steering_ratio: float | None = None,
-    wheelbase_m: float | None = None,
+    logs: object, *, columns: _Columns = None, limit_mps: float | None = None,
+    road_type: str | None = None, stops: bool = True, split_ratio: float | None = None,
+    steering_ratio: float | None = None, wheelbase_m: float | None = None,
 ) -> Answer: ...
+# fmt: on
 def validate(
     logs: object,
     study: Study,
@@ -375,6 +370,11 @@ class Run:
     def summary(self) -> Summary: ...
     def report(self) -> str: ...
     def save(self, path: str | PathLike[str], *, format: Literal["parquet", "csv"] = "parquet") -> None: ...
+    def to_pandas(self) -> pd.DataFrame: ...
+    def to_polars(self) -> pl.DataFrame: ...
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]: ...
+    def __arrow_c_schema__(self) -> object: ...
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
     def __getitem__(self, column: str, /) -> npt.NDArray[Any]: ...
     def __contains__(self, column: object, /) -> bool: ...
     def __iter__(self) -> Iterator[str]: ...
@@ -387,6 +387,9 @@ class Table:
     def columns(self) -> list[str]: ...
     def keys(self) -> list[str]: ...
     def to_dict(self) -> dict[str, npt.NDArray[Any]]: ...
+    def to_pandas(self) -> pd.DataFrame: ...
+    def to_polars(self) -> pl.DataFrame: ...
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]: ...
     def __getitem__(self, column: str, /) -> npt.NDArray[Any]: ...
     def __contains__(self, column: object, /) -> bool: ...
     def __iter__(self) -> Iterator[str]: ...

@@ -33,6 +33,20 @@ def test_a_comparison_is_paired(study, loaded, run):
     assert "<pre>" in answer._repr_html_()
 
 
+def test_the_two_of_a_comparison_are_called_as_asked(study, tmp_path):
+    other = study.set("mission.payload_kg", 20_000)
+    answer = ocmc.compare(study, other, cycles=30, names=["empty", "full"], out=tmp_path / "compared")
+    assert (answer["study_a"], answer["study_b"]) == ("empty", "full")
+    assert answer["difference"] == ocmc.compare(study, other, cycles=30)["difference"]
+    for shown in [str(answer), (tmp_path / "compared" / "report.html").read_text(encoding="utf-8")]:
+        assert "empty" in shown
+        assert "full" in shown
+    with pytest.raises(ValueError, match="`names` has 3 items, allowed are 2"):
+        ocmc.compare(study, other, cycles=1, names=["a", "b", "c"])
+    with pytest.raises(TypeError):
+        ocmc.compare(study, other, cycles=1, names="ab")
+
+
 def test_the_command_gives_the_same_comparison(study):
     other = study.set("driver.curve_speed.exponent", 0.5)
     answer = ocmc.compare(study, other, cycles=100, seed=3, column="mean_speed_mps")

@@ -7,6 +7,7 @@ use crate::progress::watched;
 use crate::study::PyStudy;
 use crate::value::one_of;
 use ocmc_api::{CompareRequest, FORMATS, check_empty};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -33,6 +34,8 @@ use std::path::PathBuf;
 ///     there.
 /// format : {"parquet", "csv"}, optional
 ///     Format of the records in `out`; Parquet by default.
+/// names : sequence of str, optional
+///     What the answer, the pictures and the page call the two; by default the studies' names.
 /// threads : int, optional
 ///     Threads to use, one for each CPU by default.
 /// progress : bool or callable, optional
@@ -48,7 +51,8 @@ use std::path::PathBuf;
 /// Raises
 /// ------
 /// ValueError
-///     Where a number is out of its range, or where there is no such column.
+///     Where a number is out of its range, where there is no such column, or where there are not two
+///     names.
 ///
 /// Examples
 /// --------
@@ -61,9 +65,9 @@ use std::path::PathBuf;
 #[pyfunction]
 #[pyo3(
     signature = (
-        a, b, *, cycles, seed=None, first_cycle=None, column=None, out=None, format=None, threads=None, progress=None
+        a, b, *, cycles, seed=None, first_cycle=None, column=None, out=None, format=None, names=None, threads=None, progress=None
     ),
-    text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, out=None, format=None, threads=None, \
+    text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, out=None, format=None, names=None, threads=None, \
                       progress=None)"
 )]
 pub(crate) fn compare<'py>(
@@ -76,15 +80,22 @@ pub(crate) fn compare<'py>(
     column: Option<&str>,
     out: Option<PathBuf>,
     format: Option<&str>,
+    names: Option<Vec<String>>,
     threads: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let format = format.map(|word| one_of("format", word, &FORMATS)).transpose()?;
     out.as_deref().map_or(Ok(()), check_empty).map_err(exception)?;
     let plan = plan_of(cycles, seed, first_cycle, threads)?;
-    let studies = [a, b].map(|study| study.get().named()).to_vec();
+    let mut studies = [a, b].map(|study| study.get().named());
+    if let Some(names) = names {
+        let [name_a, name_b] = <[String; 2]>::try_from(names).map_err(|names| {
+            PyValueError::new_err(format!("`names` has {} items, allowed are 2", names.len()))
+        })?;
+        (studies[0].0, studies[1].0) = (name_a, name_b);
+    }
     let (column, keep) = (column.map(str::to_owned), out.is_some());
-    let request = CompareRequest { studies, plan, column, keep };
+    let request = CompareRequest { studies: studies.to_vec(), plan, column, keep };
     let found = watched(py, progress, |watch| ocmc_api::compare(&request, watch))?;
     let saved = out.map_or(Ok(()), |out| found.save(&out, format.unwrap_or_default()));
     saved.map_err(exception)?;
