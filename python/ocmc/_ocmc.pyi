@@ -3,7 +3,7 @@ from os import PathLike
 from typing import Any, Literal, SupportsIndex, TypeAlias, final
 
 import numpy.typing as npt
-import pandas as pd
+import pandas as pd  # type: ignore[import-untyped]
 import polars as pl
 
 from ocmc._answer import Answer

@@ -3,13 +3,13 @@
 use crate::error::exception;
 use crate::value::{shown, wrong_type};
 use arrow_array::types::{ArrowPrimitiveType, Float64Type, Int64Type, UInt64Type};
-use arrow_array::{ArrayRef, PrimitiveArray, StringArray};
+use arrow_array::{Array, ArrayRef, PrimitiveArray, StringArray};
 use numpy::{Element, PyReadonlyArray1};
 use ocmc_api::{GivenTable, Mapping, Source};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyString, PyTuple};
-use pyo3_arrow::input::AnyRecordBatch;
+use pyo3_arrow::input::{AnyArray, AnyRecordBatch};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -120,9 +120,13 @@ fn mapping(table: &Bound<PyAny>, argument: &str) -> PyResult<(Vec<String>, Vec<A
     Ok((names, columns))
 }
 
-/// A column of a mapping: numbers where numpy sees numbers, otherwise texts. None where it is no
-/// column. A copy, since Python may write into an array at any time.
+/// A column of a mapping: times of whatever speaks Arrow as they are, with their zone, numbers where
+/// numpy sees numbers, otherwise texts, and dates as texts. None where it is no column. A copy, since
+/// Python may write into an array at any time.
 fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
+    if let Some(times) = times(column) {
+        return Some(times);
+    }
     let numpy = column.py().import("numpy").ok()?;
     let array = numpy.call_method1("asarray", (column,)).ok()?;
     let kind: String = array.getattr("dtype").ok()?.getattr("kind").ok()?.extract().ok()?;
@@ -134,10 +138,38 @@ fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
         "i" => numbers::<Int64Type>(&array, "int64"),
         "u" => numbers::<UInt64Type>(&array, "uint64"),
         _ => {
-            let words: Vec<Option<String>> = array.call_method0("tolist").ok()?.extract().ok()?;
-            Some(Arc::new(StringArray::from(words)))
+            let array = if kind == "M" {
+                numpy.call_method1("datetime_as_string", (array,)).ok()?
+            } else {
+                array
+            };
+            let cells = array.call_method0("tolist").ok()?;
+            let words = cells.try_iter().ok()?.map(|cell| word(&cell.ok()?));
+            Some(Arc::new(words.collect::<Option<StringArray>>()?))
         }
     }
+}
+
+/// A column of times that speaks Arrow and lies in one piece; numpy has no zones.
+fn times(column: &Bound<PyAny>) -> Option<ArrayRef> {
+    if !speaks_arrow(column).ok()? {
+        return None;
+    }
+    let pieces = column.extract::<AnyArray>().ok()?.into_chunked_array().ok()?;
+    match pieces.chunks() {
+        [times] if times.data_type().is_temporal() => Some(times.clone()),
+        _ => None,
+    }
+}
+
+/// A cell of texts: a text, a date or a time of Python or pandas in ISO 8601, or none.
+fn word(cell: &Bound<PyAny>) -> Option<Option<String>> {
+    let written = match cell.getattr("isoformat") {
+        Ok(isoformat) => isoformat.call0().ok()?,
+        Err(_) => cell.clone(),
+    };
+    let word: Option<String> = written.extract().ok()?;
+    Some(word.filter(|word| word != "NaT"))
 }
 
 /// The numbers of an array of numpy, as this type of it.

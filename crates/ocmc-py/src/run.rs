@@ -18,7 +18,8 @@ use ocmc_api::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyIterator};
+use pyo3::types::{PyBytes, PyCapsule, PyIterator};
+use pyo3_arrow::error::PyArrowResult;
 use std::path::PathBuf;
 
 /// The records of a run, one a cycle, in the order of the cycle ids.
@@ -28,6 +29,7 @@ use std::path::PathBuf;
 /// NaN where a cycle lacks the count; ``run["outcome"]`` as words. ``run.records`` is the whole
 /// table, for all that speak Arrow. SI units, with the unit as the name's suffix; consumption in
 /// kWh/km, L/100 km, L/100 tkm and g/km.
+/// A run itself speaks Arrow, too: ``run.to_pandas()``, ``polars.DataFrame(run)``.
 ///
 /// A run comes from `Study.run` or `load`, and can be pickled.
 ///
@@ -214,6 +216,50 @@ impl PyRun {
     #[getter]
     fn records(&self) -> Table {
         self.records.clone()
+    }
+
+    /// The records as a data frame of pandas, as `Table.to_pandas` makes it: a row for each cycle.
+    ///
+    /// Returns
+    /// -------
+    /// pandas.DataFrame
+    ///     A row for each cycle, and all columns.
+    ///
+    /// Raises
+    /// ------
+    /// ModuleNotFoundError
+    ///     Where pandas is not installed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> run = ocmc.Study("field-truck").set("mission.length_m", 5000.0).run(cycles=50)
+    /// >>> run.to_pandas().shape == (50, len(run.columns))
+    /// True
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Table::to_pandas(&Bound::new(py, self.records.clone())?)
+    }
+
+    /// The records as a data frame of polars, which shares their memory.
+    ///
+    /// Returns
+    /// -------
+    /// polars.DataFrame
+    ///     A row for each cycle, and all columns; null where a cycle does not have the quantity.
+    ///
+    /// Raises
+    /// ------
+    /// ModuleNotFoundError
+    ///     Where polars is not installed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> run = ocmc.Study("field-truck").set("mission.length_m", 5000.0).run(cycles=50)
+    /// >>> run.to_polars().shape == (50, len(run.columns))
+    /// True
+    fn to_polars<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Table::to_polars(&Bound::new(py, self.records.clone())?)
     }
 
     /// Truck-years as one table: a row for each truck and year, as ``trucks.parquet`` has them.
@@ -408,6 +454,32 @@ impl PyRun {
 
     fn __len__(&self) -> usize {
         self.records.__len__()
+    }
+
+    /// The rows for numpy, as `Table.__array__` gives them.
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        Table::__array__(&Bound::new(py, self.records.clone())?, dtype, copy)
+    }
+
+    /// The schema of the records, for all that speak Arrow.
+    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyArrowResult<Bound<'py, PyCapsule>> {
+        self.records.__arrow_c_schema__(py)
+    }
+
+    /// The records, for all that speak Arrow: shared, not copied.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyCapsule>>,
+    ) -> PyArrowResult<Bound<'py, PyCapsule>> {
+        self.records.__arrow_c_stream__(py, requested_schema)
     }
 
     fn _ipython_key_completions_(&self) -> Vec<&str> {

@@ -61,7 +61,7 @@ fn as_type(column: &ArrayRef, to: &DataType) -> Option<ArrayRef> {
 /// It speaks the Arrow PyCapsule protocol, so that ``pyarrow.table(table)``,
 /// ``polars.DataFrame(table)``,
 /// ``pandas.DataFrame.from_arrow(table)`` and duckdb take it as it is, without a copy.
-/// ``table["column"]`` is one column as a new numpy array, NaN where there is no number and ``""``
+/// `to_pandas` and `to_polars` make data frames. ``table["column"]`` is one column as a new numpy array, NaN where there is no number and ``""``
 /// where there is no word; ``dict(table)`` is all of them. As in a data frame, ``len(table)``
 /// counts rows, and iteration goes over the names of the columns.
 ///
@@ -173,6 +173,64 @@ impl Table {
         Ok(dictionary)
     }
 
+    /// The table as a data frame of pandas, null where there is no number or word.
+    ///
+    /// ``pandas.DataFrame(table)`` has the same rows and columns, and takes a hundred times as long: it goes
+    /// row by row. Without pyarrow a word that is missing is ``""``.
+    ///
+    /// Returns
+    /// -------
+    /// pandas.DataFrame
+    ///     A row for each row, and all columns.
+    ///
+    /// Raises
+    /// ------
+    /// ModuleNotFoundError
+    ///     Where pandas is not installed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> table = ocmc.Study("field-truck").set("mission.length_m", 5000.0).trace(3)
+    /// >>> table.to_pandas().shape == (len(table), len(table.columns))
+    /// True
+    pub(crate) fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ocmc._frame")?.call_method1("to_pandas", (slf,))
+    }
+
+    /// The table as a data frame of polars, which shares its memory.
+    ///
+    /// Returns
+    /// -------
+    /// polars.DataFrame
+    ///     A row for each row, and all columns; null where there is no number or word.
+    ///
+    /// Raises
+    /// ------
+    /// ModuleNotFoundError
+    ///     Where polars is not installed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> table = ocmc.Study("field-truck").set("mission.length_m", 5000.0).trace(3)
+    /// >>> table.to_polars().shape == (len(table), len(table.columns))
+    /// True
+    pub(crate) fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ocmc._frame")?.call_method1("to_polars", (slf,))
+    }
+
+    /// The rows for numpy, each an object with the columns as attributes: ``pandas.DataFrame(table)``
+    /// makes rows of them, and not a column of names.
+    #[pyo3(signature = (dtype=None, copy=None))]
+    pub(crate) fn __array__<'py>(
+        slf: &Bound<'py, Self>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ocmc._frame")?.call_method1("rows", (slf, dtype, copy))
+    }
+
     pub(crate) fn __getitem__<'py>(
         &self,
         py: Python<'py>,
@@ -242,7 +300,10 @@ impl Table {
     }
 
     /// The schema, for all that speak Arrow.
-    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyArrowResult<Bound<'py, PyCapsule>> {
+    pub(crate) fn __arrow_c_schema__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyArrowResult<Bound<'py, PyCapsule>> {
         to_schema_pycapsule(py, self.schema.as_ref())
     }
 

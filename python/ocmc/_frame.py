@@ -1,0 +1,66 @@
+"""Data frames of tables, by the libraries that are there, and the rows that pandas takes by itself."""
+
+from dataclasses import make_dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from ocmc import Table
+
+
+def to_pandas(table: "Table") -> Any:  # noqa: ANN401 (pandas has no types)
+    """Make a data frame of pandas: by way of Arrow where pyarrow is there, else of numpy's arrays.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Where pandas is not installed.
+    """
+    try:
+        import pandas as pd  # type: ignore[import-untyped]  # noqa: PLC0415 (where it is used)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError("to_pandas needs pandas: pip install pandas", name="pandas") from error
+    try:
+        import pyarrow as pa  # type: ignore[import-untyped]  # noqa: PLC0415
+    except ModuleNotFoundError:
+        return pd.DataFrame(table.to_dict())
+    return pa.table(table).to_pandas()
+
+
+def to_polars(table: "Table") -> Any:  # noqa: ANN401 (not everybody has it)
+    """Make a data frame of polars.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Where polars is not installed.
+    """
+    try:
+        import polars as pl  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError("to_polars needs polars: pip install polars", name="polars") from error
+    return pl.DataFrame(table)
+
+
+def rows(table: "Table", dtype: Any, copy: bool | None) -> npt.NDArray[np.object_]:  # noqa: ANN401, FBT001
+    """Make an array of rows, objects whose attributes are the columns; a word that is missing is None.
+
+    Raises
+    ------
+    ValueError
+        Where another type of cells is asked for, or no copy.
+    """
+    if dtype is not None and np.dtype(dtype) != np.object_:
+        raise ValueError(f"rows are objects, not {np.dtype(dtype)}: take a column, or `to_dict`")
+    if copy is False:
+        raise ValueError("rows are made of columns, which is a copy")
+    row = make_dataclass("Row", table.columns, frozen=True)
+    columns = (
+        [word or None for word in values.tolist()] if values.dtype.kind == "U" else values.tolist()
+        for values in table.to_dict().values()
+    )
+    made = np.empty(len(table), dtype=object)
+    made[:] = [row(*cells) for cells in zip(*columns, strict=True)]
+    return made
