@@ -185,16 +185,15 @@ impl GivenDrive {
         let written = is_route.then(|| table.written()).transpose()?;
         let text = written.as_ref().map(GivenTable::to_csv).transpose()?;
         let given = Self { files, mappings, keep, draw, stop_plan, table: text, ..Self::nothing() };
-        let (how, read) = match follow {
-            Some(follow) => followed(source, given.options(), follow)?,
-            None => {
-                given_cycle::read_route(table.path(), given.options()).map_err(|error| {
-                    let (mappings, draw) = (&given.mappings, &given.draw);
-                    let check = |table| given_cycle::check_table(table, mappings, draw).err();
-                    written.as_ref().and_then(check).unwrap_or(error)
-                })?;
-                (How::Driven, None)
-            }
+        let (how, read) = if let Some(follow) = follow {
+            followed(source, given.options(), follow)?
+        } else {
+            given_cycle::read_route(table.path(), given.options()).map_err(|error| {
+                let (mappings, draw) = (&given.mappings, &given.draw);
+                let check = |table| given_cycle::check_table(table, mappings, draw).err();
+                written.as_ref().and_then(check).unwrap_or(error)
+            })?;
+            (How::Driven, None)
         };
         Self { how, read, ..given }.checked()
     }

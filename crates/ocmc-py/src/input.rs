@@ -144,8 +144,9 @@ fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
                 array
             };
             let cells = array.call_method0("tolist").ok()?;
-            let words = cells.try_iter().ok()?.map(|cell| word(&cell.ok()?));
-            Some(Arc::new(words.collect::<Option<StringArray>>()?))
+            let words = cells.try_iter().ok()?.map(|cell| word(&cell?));
+            let words: Vec<Option<String>> = words.collect::<PyResult<_>>().ok()?;
+            Some(Arc::new(StringArray::from(words)))
         }
     }
 }
@@ -163,13 +164,13 @@ fn times(column: &Bound<PyAny>) -> Option<ArrayRef> {
 }
 
 /// A cell of texts: a text, a date or a time of Python or pandas in ISO 8601, or none.
-fn word(cell: &Bound<PyAny>) -> Option<Option<String>> {
-    let written = match cell.getattr("isoformat") {
-        Ok(isoformat) => isoformat.call0().ok()?,
-        Err(_) => cell.clone(),
+fn word(cell: &Bound<PyAny>) -> PyResult<Option<String>> {
+    let word: Option<String> = if cell.hasattr("isoformat")? {
+        cell.call_method0("isoformat")?.extract()?
+    } else {
+        cell.extract()?
     };
-    let word: Option<String> = written.extract().ok()?;
-    Some(word.filter(|word| word != "NaT"))
+    Ok(word.filter(|word| word != "NaT"))
 }
 
 /// The numbers of an array of numpy, as this type of it.

@@ -292,7 +292,7 @@ impl PyStudy {
     /// >>> run["distance_m"][0], run["duration_s"][0]
     /// (np.float64(3000.0), np.float64(180.0))
     /// >>> route = {"position_m": [0.0, 2000.0, 5000.0], "speed_limit_kmh": [50.0, 80.0, 80.0]}
-    /// >>> len(study.drive(route, cycles=10))
+    /// >>> len(study.drive(route, cycles=10, draw=["stops", "hills", "curves"]))
     /// 10
     #[pyo3(
         signature = (
