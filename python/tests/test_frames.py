@@ -43,7 +43,7 @@ def test_pandas_takes_a_run_as_rows_with_all_columns(run):
 def test_words_that_are_missing_are_missing_in_a_frame(study):
     pandas = pytest.importorskip("pandas")
     table = study.operating_cycle(3).to_table()
-    for frame in [pandas.DataFrame(table), table.to_pandas()]:
+    for frame in [pandas.DataFrame(table), pandas.DataFrame(study.operating_cycle(3)), table.to_pandas()]:
         assert frame["name"].isna().tolist() == (table["name"] == "").tolist()
         assert 0 < frame["name"].isna().sum() < len(table)
 

@@ -168,6 +168,17 @@ impl PyOperatingCycle {
         )
     }
 
+    /// The rows of `to_table` for numpy, as `Table.__array__` gives them.
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        Table::__array__(&Bound::new(py, self.to_table())?, dtype, copy)
+    }
+
     /// The rows of `to_table`, for all that speak Arrow.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
