@@ -105,12 +105,9 @@ impl Rows {
         responses.extend(speed.then_some(Response::Speed));
         responses.extend(climb.then_some(Response::Climb));
         responses.sort();
-        let without_noise = || {
-            let all: Vec<f64> = rows.iter().map(|row| row.gross_kg).collect();
-            shrunk(&all, noise.weight)
-        };
+        let net = || shrunk(&rows.iter().map(|row| row.gross_kg).collect::<Vec<_>>(), noise.weight);
         let lengths = || rows.iter().map(|row| row.length_m).collect::<Vec<f64>>();
-        let gross_kg = (weights && !table.of_fills && !of_payload).then(without_noise);
+        let gross_kg = (weights && !table.of_fills && !of_payload).then(net);
         let payload_kg = (of_payload && !table.of_fills)
             .then(|| of_table.iter().map(|row| row.payload_kg.max(0.0)).collect());
         let incomplete = table.rows.len() - of_table.len();
@@ -125,6 +122,16 @@ impl Rows {
             responses,
             incomplete,
         }
+    }
+
+    /// Lengths of the rows, in m.
+    pub(crate) fn lengths(&self) -> Vec<f64> {
+        self.totals.iter().map(|row| row.length_m).collect()
+    }
+
+    /// Consumptions, their spread without that of the noise of the amounts.
+    pub(crate) fn without_noise(&self, noise: &Noise) -> Vec<f64> {
+        shrunk(&self.consumption, noise.amount)
     }
 
     /// Whether the gross weights are known.

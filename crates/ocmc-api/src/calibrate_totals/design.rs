@@ -18,6 +18,8 @@ use std::ops::ControlFlow;
 pub(super) const MEMBERS: u64 = 120;
 /// Trips of each: whole batches of the cycles that are spread evenly.
 pub(super) const TRIPS: u64 = 128;
+/// Cycle from which on others are driven: none of theirs.
+pub(super) const CHECKED_FIRST: u64 = MEMBERS * TRIPS;
 /// Trips of each that drive the questions, too.
 pub(super) const ASKED: u64 = 24;
 /// Entries of judged numbers that move: the largest.

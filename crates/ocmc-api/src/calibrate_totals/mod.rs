@@ -4,6 +4,7 @@ mod design;
 mod expectation;
 mod further;
 mod judge;
+mod matched;
 mod question;
 mod shape;
 mod text;
@@ -14,9 +15,10 @@ use crate::error::Error;
 use crate::source::{Mapping, Source};
 use crate::totals_rows::{Rows, per_distance};
 use crate::watch::{Watch, watched};
-use design::{ASKED, Design, Driven, MEMBERS, TRIPS};
+use design::{ASKED, CHECKED_FIRST, Design, Driven, MEMBERS, TRIPS};
 use further::{Further, further};
 use judge::{Judged, judge};
+use matched::{CHECKED, Matched, ROUNDS, Target};
 use ocmc_estimation::calibration::totals::{
     Emulator, Known, Member, MemberEmulator, Posterior, Response, Shared, TotalsRow, posterior,
 };
@@ -33,7 +35,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::time::Instant;
-use written::{Written, kept};
+use written::Written;
 
 pub use crate::totals_rows::Noise;
 use expectation::Expectation;
@@ -46,12 +48,8 @@ pub use written::CalibratedNumbers;
 pub const FEWEST_ROWS: usize = 5;
 /// Most rows that count: beyond them the model's own error is the larger one.
 const MOST_ROWS: f64 = 150.0;
-/// Trips of the calibrated study: whole batches of the cycles that are spread evenly.
-const CHECKED: u64 = 3200;
 /// Trips of the study before, which say its level.
 const LEVELLED: u64 = 800;
-/// Cycle from which on they are drawn: none of the design's.
-const CHECKED_FIRST: u64 = MEMBERS * TRIPS;
 /// Trips that say what the carrier is.
 const TASTED: u64 = 16;
 /// Standard normal deviate of a 90 % interval.
@@ -110,8 +108,6 @@ pub struct CalibrateTotalsAnswer {
     pub table: Shape,
     /// Consumption of the calibrated study.
     pub simulated: Shape,
-    /// Quantiles of both, weighed by their errors.
-    pub together: Shape,
     /// Mean consumption of the study, uncalibrated, with the table's loads and lengths.
     pub before: f64,
     /// Factor on the fuel map that makes the means the same; none where the powertrain has none.
@@ -191,7 +187,9 @@ pub(crate) fn calibrated(
     }
     let design = Design::new(study, &rows, *seed, threads)?;
     let questions = Question::ALL;
-    let total = MEMBERS * (TRIPS + ASKED * questions.len() as u64) + CHECKED + LEVELLED;
+    let total =
+        MEMBERS * (TRIPS + ASKED * questions.len() as u64) + (ROUNDS + 1) * CHECKED + LEVELLED;
+    let table_shape = Shape::of_each(&rows.lengths(), rows.consumption.clone());
     let driven = watched(total, watch, |look| {
         let mut done = 0;
         let mut members: Vec<Driven> = Vec::new();
@@ -204,21 +202,30 @@ pub(crate) fn calibrated(
             done += TRIPS + ASKED * questions.len() as u64;
         }
         let found = Found::of(&design, &members, &questions);
+        // ways between fills hold several trips: their quantiles are not those of trips
+        let target = (!table.of_fills).then(|| Target {
+            rows: Shape::of_each(&rows.lengths(), rows.without_noise(noise)),
+            count: found.effective_rows,
+        });
+        let matched = Matched::new(
+            &design,
+            &members,
+            &found.posterior,
+            quantity,
+            target.as_ref(),
+            &mut |n| look(done + n),
+        );
         let judged = design.at(&vec![0.0; design.entries.len()]);
-        let studies = design.nearest(&kept(&found.posterior)).and_then(|near| Ok((near, judged?)));
-        let (calibrated, judged) = match studies {
-            Ok(studies) => studies,
+        let (matched, judged) = match matched.and_then(|matched| Ok((matched, judged?))) {
+            Ok((matched, judged)) => (matched?, judged),
             Err(error) => return ControlFlow::Continue(Err(error)),
         };
-        let plan = design.plan(CHECKED_FIRST, CHECKED);
-        let after = records(&calibrated.1.study, &plan, |n| look(done + n))?;
         let plan = design.plan(CHECKED_FIRST, LEVELLED);
-        let before = records(&judged.study, &plan, |n| look(done + CHECKED + n))?;
-        ControlFlow::Continue(Ok((members, found, calibrated, after, before)))
+        let before = records(&judged.study, &plan, |n| look(total - LEVELLED + n))?;
+        ControlFlow::Continue(Ok((members, found, matched, before)))
     })?;
-    let (members, found, (scores, calibrated), after, before) = driven?;
-    let table_shape = Shape::of_rows(&rows);
-    let (shape, after_sorted) = Shape::of(quantity, &after);
+    let (members, found, matched, before) = driven?;
+    let Matched { scores, study: calibrated, trips: after, shape } = matched;
     let has_factor = model.to_tree().pointer(written::FACTOR_POINTER).is_some();
     let factor = has_factor.then_some(table_shape.mean / shape.mean);
     let simulated = shape.times(factor.unwrap_or(1.0));
@@ -250,7 +257,6 @@ pub(crate) fn calibrated(
         known: found.known_words(),
         table: table_shape,
         simulated,
-        together: table_shape.together(&simulated, &after_sorted, rows.totals.len()),
         before,
         factor,
         numbers: written.numbers(study, factor.unwrap_or(1.0)),

@@ -1,6 +1,5 @@
 //! Mean and quantiles of a fleet's consumption, of a table, of a study, and of both together.
 
-use crate::totals_rows::Rows;
 use ocmc_core::record::Record;
 use ocmc_fleet::quantity::NamedQuantity;
 use serde::Serialize;
@@ -31,22 +30,20 @@ impl Shape {
         Self::with(sums[0] / sums[1], values.collect())
     }
 
-    /// Shape of the rows of a table.
-    pub(super) fn of_rows(rows: &Rows) -> Self {
-        let amounts = rows.totals.iter().zip(&rows.consumption);
-        let amount: f64 = amounts.map(|(row, consumption)| row.length_m * consumption).sum();
-        let distance: f64 = rows.totals.iter().map(|row| row.length_m).sum();
-        Self::with(amount / distance, rows.consumption.clone()).0
+    /// Shape of trips of these lengths and consumptions.
+    pub(super) fn of_each(lengths: &[f64], each: Vec<f64>) -> Self {
+        let amount: f64 = lengths.iter().zip(&each).map(|(length, each)| length * each).sum();
+        Self::with(amount / lengths.iter().sum::<f64>(), each).0
     }
 
     /// The table's mean, and the quantiles of its `n` rows and of a calibrated study, weighed by their
     /// errors: that of rows is √(p (1 − p)/n)/f, with the density f of the study's trips.
-    pub(super) fn together(&self, study: &Self, trips: &[f64], n: usize) -> Self {
+    pub(super) fn together(&self, study: &Self, trips: &[f64], n: f64) -> Self {
         let middle = quantile(trips, 0.5);
         let weighed = |p: f64, of_rows: f64, of_study: f64| {
             let [below, above] = [p - WIDTH, p + WIDTH].map(|p| quantile(trips, p));
             let per_probability = (above - below) / (2.0 * WIDTH) / middle;
-            let rows_sd = libm::sqrt(p * (1.0 - p) / n as f64) * per_probability;
+            let rows_sd = libm::sqrt(p * (1.0 - p) / n) * per_probability;
             let [rows, study] = [rows_sd, STUDY_SD].map(|sd| 1.0 / (sd * sd).max(1e-12));
             (rows * of_rows + study * of_study) / (rows + study)
         };
@@ -85,9 +82,9 @@ mod tests {
         let of = |p5: f64, p95: f64| Shape { mean: 1.0, p5, p95 };
         let (rows, study) = (of(0.6, 1.5), of(0.5, 1.4));
         let together = |n| rows.together(&study, &trips, n);
-        assert!(together(2).p5 < 0.52 && together(100_000).p5 > 0.599);
+        assert!(together(2.0).p5 < 0.52 && together(1e5).p5 > 0.599);
         // by hand: 0.05 × 0.95/53 = 0.03²: both count the same
-        let same = together(53);
+        let same = together(53.0);
         assert!((same.p5 - 0.55).abs() < 1e-3 && (same.p95 - 1.45).abs() < 1e-3, "{same:?}");
     }
 }

@@ -36,10 +36,6 @@ pub(super) fn totals_text(answer: &CalibrateTotalsAnswer) -> String {
     let shown = [
         cells("the table", [rows.mean, rows.p5, rows.p95].map(number)),
         cells("calibrated study", [simulated.mean, simulated.p5, simulated.p95].map(number)),
-        cells("both, weighed by their errors", {
-            let both = answer.together;
-            [both.mean, both.p5, both.p95].map(number)
-        }),
         cells(
             "study with the table's loads",
             [number(answer.before), String::new(), String::new()],

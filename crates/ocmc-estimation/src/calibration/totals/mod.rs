@@ -67,6 +67,7 @@ pub struct Member {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{DMatrix, DVector};
     use ocmc_core::random::{Draws, Stream};
 
     const NOISE: f64 = 0.1;
@@ -139,6 +140,24 @@ mod tests {
             let variance = found.covariance[(0, 0)];
             assert!((variance / expected - 1.0).abs() < 0.15, "{weight}: {variance} {expected}");
         }
+    }
+
+    #[test]
+    fn moved_scores_give_the_numbers_asked_for_by_the_nearest_way() {
+        // by hand: covariance diag(4, 1), the same slopes: a step is shared as 4 to 1
+        let covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 1.0, 9.0]));
+        let (shifts, residuals) = (Vec::new(), Vec::new());
+        let found = Posterior { scores: vec![0.0; 3], covariance, shifts, residuals };
+        let scores: Vec<Vec<f64>> = members().into_iter().map(|member| member.scores).collect();
+        let sums: Vec<f64> = scores.iter().map(|s| s.iter().sum()).collect();
+        let number = [MemberEmulator::fit(&scores, &sums)];
+        let from = [0.5, 0.0, 0.25];
+        let moved = found.moved(&from, &number, &[5.0], |k| k < 2);
+        let gained = number[0].at(&moved).0 - number[0].at(&from).0;
+        assert!((gained - 5.0).abs() < 1e-9 && moved[2] == from[2], "{moved:?}");
+        let shared = (moved[0] - from[0]) / (moved[1] - from[1]);
+        assert!((shared - 4.0).abs() < 0.2, "{shared}");
+        assert_eq!(found.moved(&from, &number, &[5.0], |_| false), from);
     }
 
     #[test]

@@ -4,8 +4,8 @@
 //! −ln p = ½ |θ|² + w Σ_rows Σ_j ( ρ(r_j/σ_j) + ½ ln σ²_j ), with Huber's ρ of 2.5 SDs and w the share
 //! of the rows that count; by Fisher scoring, and its information is the inverse covariance.
 
-use super::TotalsRow;
 use super::emulator::Emulator;
+use super::{MemberEmulator, TotalsRow};
 use nalgebra::{DMatrix, DVector};
 
 /// Residual, in SDs, from which on one counts less (P. J. Huber, 1964; 2.5 a judgement).
@@ -43,6 +43,27 @@ impl Posterior {
     /// The SD of a number with these derivatives by the scores.
     pub fn sd(&self, slopes: &DVector<f64>) -> f64 {
         libm::sqrt((slopes.transpose() * &self.covariance * slopes)[(0, 0)].max(0.0))
+    }
+
+    /// The most probable scores of those at which numbers are larger by `by` than at `from`:
+    /// C Hᵀ (H C Hᵀ)⁻¹ by away from there, with their derivatives H. Scores that do not take part stay.
+    pub fn moved(
+        &self,
+        from: &[f64],
+        numbers: &[MemberEmulator],
+        by: &[f64],
+        takes_part: impl Fn(usize) -> bool,
+    ) -> Vec<f64> {
+        let size = from.len();
+        let covariance = DMatrix::from_fn(size, size, |j, k| {
+            if takes_part(j) && takes_part(k) { self.covariance[(j, k)] } else { 0.0 }
+        });
+        let slopes: Vec<DVector<f64>> = numbers.iter().map(|number| number.at(from).1).collect();
+        let slopes = DMatrix::from_columns(&slopes);
+        let gain = &covariance * &slopes;
+        let Some(cholesky) = (slopes.transpose() * &gain).cholesky() else { return from.to_vec() };
+        let step = gain * cholesky.solve(&DVector::from_row_slice(by));
+        from.iter().zip(step.iter()).map(|(score, step)| score + step).collect()
     }
 }
 
