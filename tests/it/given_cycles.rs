@@ -7,6 +7,7 @@ use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::record::{COLUMNS, Cell, Outcome};
+use ocmc_fleet::summary::SummaryBuilder;
 use ocmc_io::given_cycle::RouteOptions;
 use ocmc_io::operating_cycle::RealisedCycle;
 use ocmc_io::study as studies;
@@ -205,4 +206,34 @@ fn every_built_in_vehicle_drives_the_default_roads() {
             assert_eq!(stores.collect::<Vec<_>>(), declared, "{}", vehicle.name);
         }
     }
+}
+
+#[test]
+fn records_say_their_route_and_the_answer_has_each() {
+    let text = |km: u32| format!("position_m,speed_limit_kmh\n0,80\n{},80\n", 1000 * km);
+    let folder = folder();
+    let files: Vec<_> = [2, 4, 3]
+        .iter()
+        .map(|km| {
+            let file = folder.path().join(format!("of-{km}.csv"));
+            std::fs::write(&file, text(*km)).unwrap();
+            file
+        })
+        .collect();
+    let loaded = studies::load("field-truck", &[] as &[&str]).unwrap();
+    let drawn = run(&loaded.study, 2);
+    assert!(drawn.iter().all(|record| record.route_id.is_none()));
+    let study = loaded.on_routes(&files, &[], RouteOptions::default()).unwrap().study;
+    let records = run(&study, 60);
+    for record in &records {
+        let km = [2.0, 4.0, 3.0][record.route_id.unwrap() as usize];
+        assert!((record.distance_m / 1000.0 - km).abs() < 0.01, "{record:?}");
+    }
+    let mut fleet = SummaryBuilder::default();
+    fleet.add(&records);
+    let routes = fleet.finish().routes;
+    let trips: Vec<u64> = (0..3u64)
+        .map(|id| records.iter().filter(|record| record.route_id == Some(id)).count() as u64)
+        .collect();
+    assert_eq!(routes.iter().map(|route| route.cycles).collect::<Vec<_>>(), trips);
 }

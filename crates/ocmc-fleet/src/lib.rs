@@ -38,6 +38,7 @@ pub mod quantity;
 pub mod random_effects;
 pub mod range;
 pub mod ratio;
+pub mod route_summary;
 pub mod run;
 pub mod sensitivity;
 pub mod shapley;

@@ -253,7 +253,8 @@ pub fn quantity(column: &str) -> Option<&'static RecordQuantity> {
 }
 
 /// Columns of the records that are no quantities: how a cycle ended, and ids.
-const NO_QUANTITIES: [&str; 5] = ["cycle_id", "outcome", "truck_id", "driver_id", "trip"];
+const NO_QUANTITIES: [&str; 6] =
+    ["cycle_id", "outcome", "truck_id", "driver_id", "trip", "route_id"];
 
 /// Names of the columns that can be asked about and that every study has: the quantities, then all
 /// other numbers of the records.
@@ -340,7 +341,9 @@ mod tests {
         assert_eq!(totals("fuel_kg"), Some((20.0, 1.0)));
         // a column of the breakdown, which this record lacks
         assert!(of("fuel_kg_urban").is_some() && totals("fuel_kg_urban").is_none());
-        for name in ["cycle_id", "outcome", "truck_id", "driver_id", "trip", "fuel_kg_rural"] {
+        for name in
+            ["cycle_id", "outcome", "truck_id", "driver_id", "trip", "route_id", "fuel_kg_rural"]
+        {
             assert!(of(name).is_none(), "{name}");
         }
         for name in numeric_columns() {

@@ -12,6 +12,7 @@ use super::quantity::{
     CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, WHOLE_TRIP, Weight, quantity,
 };
 use super::ratio::Ratio;
+use super::route_summary::RouteSummary;
 use super::run::RunPlan;
 use super::statistic::{Statistic, by_name};
 use super::truck_arrivals::{TruckArrivalBuilder, TruckArrivals};
@@ -20,6 +21,7 @@ use super::uncertainty::{Effects, ParameterUncertainty};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
 use serde::{Serialize, Serializer};
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -50,6 +52,9 @@ pub struct Summary {
     /// What road types and event kinds took; none where cycles are not broken down.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<FleetPart>,
+    /// What each route adds up to; empty where there are not several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub routes: Vec<RouteSummary>,
     /// Cycles whose payload was cut at the legal gross mass.
     #[serde(skip_serializing_if = "is_zero")]
     pub payloads_cut: u64,
@@ -176,7 +181,7 @@ impl Summary {
     /// The consumption that the fleet is judged by: fuel, else electricity, else the work at the
     /// wheels.
     pub fn consumption(&self) -> Option<&Statistic> {
-        CONSUMPTIONS.iter().filter_map(|column| self.statistic(column)).find(|s| s.n > 0)
+        consumption_of(&self.statistics)
     }
 
     /// Drives the study on both sides of its uncertain numbers, and keeps what the mean consumption
@@ -204,6 +209,13 @@ impl Summary {
             .zip(effects)
             .map(|((mean, ci95), effects)| effects.around(mean, ci95, replicates));
     }
+}
+
+/// The consumption that statistics are judged by: fuel, else electricity, else the work at the
+/// wheels.
+pub(crate) fn consumption_of(statistics: &[Statistic]) -> Option<&Statistic> {
+    let known = |column: &&str| statistics.iter().find(|s| s.column == *column && s.n > 0);
+    CONSUMPTIONS.iter().find_map(|column| known(&column))
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "the form that serde calls")]
@@ -237,6 +249,8 @@ pub struct SummaryBuilder {
     truck_arrivals: TruckArrivalBuilder,
     /// Ids of the counted cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
+    /// Routes of the counted cycles, where they have some.
+    route_ids: Vec<u64>,
     /// Expectations of what the cycles have; none where they are not known.
     adjuster: Option<Adjuster>,
     /// Places of the counted cycles among all, where there is an adjuster.
@@ -299,6 +313,7 @@ impl SummaryBuilder {
         if self.dependence != Dependence::default() {
             self.cycle_ids.push(record.cycle_id);
         }
+        self.route_ids.extend(record.route_id);
         for (quantity, values) in QUANTITIES.iter().zip(&mut self.values) {
             if let Some(value) = quantity.of_cycle(record) {
                 values.resize(self.rows, f64::NAN);
@@ -357,20 +372,7 @@ impl SummaryBuilder {
         let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k], &clusters));
         let worst_case = self.worst_case(&means);
         let adjustment = self.adjustment();
-        let statistics = QUANTITIES
-            .iter()
-            .zip(means)
-            .zip(&self.values)
-            .map(|((quantity, mean), values)| {
-                let cycles = self.cycles_with(values);
-                let adjusted = adjustment.as_ref().filter(|_| !values.is_empty());
-                let adjusted = adjusted.and_then(|adjustment| {
-                    let totals = self.totals_of_all(quantity);
-                    adjustment.statistic(&totals, self.values_of_all(quantity))
-                });
-                Statistic { adjusted, ..Statistic::new(quantity.column, mean, &cycles, &clusters) }
-            })
-            .collect();
+        let statistics = self.statistics(means, &clusters, adjustment.as_ref());
         let trucks = std::mem::take(&mut self.trucks);
         let totals = |k: usize| self.totals(&QUANTITIES[k]).collect();
         let totals = TripTotals { clusters: &clusters, cycle_ids: &self.cycle_ids, of: &totals };
@@ -384,12 +386,67 @@ impl SummaryBuilder {
             parameter_uncertainty: None,
             worst_case,
             saturation: self.saturation,
+            routes: self.routes(),
             parts: std::mem::take(&mut self.parts).finish(),
             payloads_cut: self.payloads_cut,
             trucks,
             charging: (self.charging.trips > 0).then_some(self.charging),
             loads: std::mem::take(&mut self.loads).finish(&self.dependence),
             truck_arrivals: std::mem::take(&mut self.truck_arrivals).finish(),
+        }
+    }
+
+    fn statistics(
+        &self,
+        means: [Option<Ratio>; QUANTITIES.len()],
+        clusters: &Clusters,
+        adjustment: Option<&Adjustment>,
+    ) -> Vec<Statistic> {
+        let all = QUANTITIES.iter().zip(means).zip(&self.values);
+        let one = |((quantity, mean), values): ((&'static RecordQuantity, _), &Vec<f64>)| {
+            let cycles = self.cycles_with(values);
+            let adjusted = adjustment.filter(|_| !values.is_empty());
+            let adjusted = adjusted.and_then(|adjustment| {
+                let totals = self.totals_of_all(quantity);
+                adjustment.statistic(&totals, self.values_of_all(quantity))
+            });
+            Statistic { adjusted, ..Statistic::new(quantity.column, mean, &cycles, clusters) }
+        };
+        all.map(one).collect()
+    }
+
+    /// Summaries of the routes, where there are several.
+    fn routes(&self) -> Vec<RouteSummary> {
+        let ids: BTreeSet<u64> = self.route_ids.iter().copied().collect();
+        let several = ids.len() > 1 && self.route_ids.len() == self.rows;
+        let summary = |route_id: u64| {
+            let own = self.of_route(route_id);
+            let clusters = own.clusters();
+            let means = std::array::from_fn(|k| own.mean(&QUANTITIES[k], &clusters));
+            RouteSummary {
+                route_id,
+                file: None,
+                cycles: own.rows as u64,
+                distance_m: own.extents.iter().map(|extent| extent.distance_m).sum(),
+                statistics: own.statistics(means, &clusters, None),
+            }
+        };
+        ids.into_iter().filter(|_| several).map(summary).collect()
+    }
+
+    /// The counted cycles of a route.
+    fn of_route(&self, route_id: u64) -> Self {
+        let rows = || (0..self.rows).filter(|row| self.route_ids[*row] == route_id);
+        let values = self
+            .values
+            .each_ref()
+            .map(|values| rows().filter(|_| !values.is_empty()).map(|row| values[row]).collect());
+        Self {
+            rows: rows().count(),
+            extents: rows().map(|row| self.extents[row]).collect(),
+            cycle_ids: rows().filter_map(|row| self.cycle_ids.get(row).copied()).collect(),
+            values,
+            ..Self::new(self.dependence)
         }
     }
 
@@ -590,6 +647,25 @@ mod tests {
         // 40 + 60) / 6
         assert_eq!(worst.cycles, 4);
         assert!((worst.mean - 40.0).abs() < 1e-12, "{worst:?}");
+    }
+
+    #[test]
+    fn routes_add_up_to_the_fleet_and_are_what_each_is_alone() {
+        let on = |route_id, record: Record| Record { route_id: Some(route_id), ..record };
+        let a = [on(0, record(0, 10.0, 20.0)), on(0, record(3, 30.0, 30.0))];
+        let b = [on(2, record(1, 20.0, 40.0)), on(2, record(2, 20.0, 45.0))];
+        let both = [a[0].clone(), b[0].clone(), b[1].clone(), a[1].clone()];
+        let (alone, both) = ([summary(&a), summary(&b)], summary(&both));
+        assert!(alone.iter().all(|one| one.routes.is_empty()));
+        assert_eq!(both.routes.iter().map(|route| route.route_id).collect::<Vec<_>>(), [0, 2]);
+        for (route, alone) in both.routes.iter().zip(&alone) {
+            assert_eq!(route.statistics, alone.statistics);
+        }
+        let sum: f64 = both.routes.iter().map(|route| route.distance_m).sum();
+        assert_eq!(sum, both.distance_m);
+        // by hand: (2 + 9) L over 40 km, (8 + 9) L over 40 km
+        let means = both.routes.iter().map(|route| route.consumption().and_then(|s| s.mean));
+        assert!(means.eq([Some(27.5), Some(42.5)]));
     }
 
     #[test]

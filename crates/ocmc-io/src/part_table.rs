@@ -1,24 +1,69 @@
-//! What a fleet took on each road type and near each kind of event, as people read it.
+//! What a fleet took on each route and road type, and near each kind of event, as people read it.
 
 use crate::label::label;
-use crate::number_text::percent;
+use crate::number_text::{grouped, percent};
 use ocmc_core::breakdown::Axis;
 use ocmc_fleet::parts::FleetPart;
+use ocmc_fleet::route_summary::RouteSummary;
+use ocmc_fleet::statistic::Statistic;
+use ocmc_fleet::summary::Summary;
 
 /// A table of parts: its title, the names of its columns, and a row for each part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartTable {
     /// By what the fleet is broken down.
     pub title: &'static str,
+    /// Meaning of its numbers.
+    pub caption: &'static str,
+    /// Name of the column of names.
+    pub first: &'static str,
     /// Names of the columns behind that of the part.
     pub columns: Vec<String>,
     /// Name of the part, and its cells.
     pub rows: Vec<(String, Vec<String>)>,
 }
 
-/// The tables of a fleet's parts, road types first.
-pub fn part_tables(parts: &[FleetPart]) -> Vec<PartTable> {
-    Axis::ALL.into_iter().filter_map(|axis| part_table(parts, axis)).collect()
+/// The tables of a fleet's parts: routes, road types, kinds of events.
+pub fn part_tables(summary: &Summary) -> Vec<PartTable> {
+    let axes = Axis::ALL.into_iter().filter_map(|axis| part_table(&summary.parts, axis));
+    route_table(&summary.routes).into_iter().chain(axes).collect()
+}
+
+/// The table of the routes; none where there are not several.
+fn route_table(routes: &[RouteSummary]) -> Option<PartTable> {
+    let (unit, factor) = label(routes.first()?.consumption()?.column);
+    let number = |value: Option<f64>, factor: f64, digits: usize| {
+        value.map_or_else(|| "-".to_owned(), |value| format!("{:.digits$}", factor * value))
+    };
+    let row = |route: &RouteSummary| {
+        let own = route.consumption();
+        let mean = |column: &str| route.statistic(column).and_then(|statistic| statistic.mean);
+        let quantile = |p: f64| {
+            let quantiles = own.map_or(&[][..], |own| &own.quantiles[..]);
+            quantiles.iter().find(|quantile| quantile.level == p).and_then(|q| q.value)
+        };
+        let half = |own: &Statistic| own.ci95.map(|[low, high]| (high - low) / 2.0);
+        let cells = vec![
+            grouped(route.cycles),
+            number(Some(route.distance_m / route.cycles as f64), 1e-3, 1),
+            number(own.and_then(|own| own.mean), factor, 2),
+            number(own.and_then(half), factor, 2),
+            number(quantile(0.05), factor, 2),
+            number(quantile(0.95), factor, 2),
+            number(mean("mean_speed_mps"), 3.6, 1),
+            number(mean("duration_s"), 1.0 / 3600.0, 2),
+        ];
+        (route.name(), cells)
+    };
+    let columns = ["trips", "km", unit, "± 95 %", "P5", "P95", "km/h", "h"];
+    Some(PartTable {
+        title: "By route",
+        caption: "Means of the fleet on each route with their 95 % intervals, and quantiles of its \
+                  trips.",
+        first: "route",
+        columns: columns.map(str::to_owned).to_vec(),
+        rows: routes.iter().map(row).collect(),
+    })
 }
 
 fn part_table(parts: &[FleetPart], axis: Axis) -> Option<PartTable> {
@@ -59,5 +104,12 @@ fn part_table(parts: &[FleetPart], axis: Axis) -> Option<PartTable> {
         Axis::RoadType => "By road type",
         Axis::EventKind => "By event kind",
     };
-    Some(PartTable { title, columns, rows: of_axis().map(row).collect() })
+    Some(PartTable {
+        title,
+        caption: "Shares of the whole, standstill and idling included, and the consumption of each \
+                  part over its own way.",
+        first: "part",
+        columns,
+        rows: of_axis().map(row).collect(),
+    })
 }

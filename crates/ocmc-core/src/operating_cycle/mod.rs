@@ -59,6 +59,8 @@ pub struct TrafficStretch {
 pub struct OperatingCycle {
     /// The mission.
     pub mission: Mission,
+    /// The given route that it drives, from 0; none where the road is drawn.
+    pub route_id: Option<u64>,
     /// The road.
     pub road: Road,
     /// Weather along the road.
@@ -140,7 +142,9 @@ impl OperatingCycleSampler {
 
     /// Draws one operating cycle into `cycle`, whose buffers are reused.
     pub fn sample(&self, streams: &Streams, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
-        let route = route::choose(&self.routes, self.mission.routes_in_turn, streams);
+        let chosen = route::choose(&self.routes, self.mission.routes_in_turn, streams);
+        cycle.route_id = chosen.map(|(place, _)| place as u64);
+        let route = chosen.map(|(_, route)| route);
         let given_length_m = route.map(|route| route.cycle.length_m);
         cycle.mission = self.mission.sample(given_length_m, streams, without);
         if let Some(route) = route {

@@ -38,6 +38,7 @@ impl OperatingCycleSampler {
     /// Draws the outline of a cycle: from the streams, and as, [`Self::sample`] draws the whole.
     pub fn outline(&self, streams: &Streams, without: &[ModelSwitch]) -> CycleOutline {
         let route = route::choose(&self.routes, self.mission.routes_in_turn, streams);
+        let route = route.map(|(_, route)| route);
         let given_length_m = route.map(|route| route.cycle.length_m);
         let mut mission = self.mission.sample(given_length_m, streams, without);
         let mut route_climb_m = 0.0;

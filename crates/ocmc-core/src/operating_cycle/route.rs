@@ -294,20 +294,21 @@ impl Route {
     }
 }
 
-/// Chooses a route by its weight, or the next one in turn.
-pub fn choose<'a>(routes: &'a [Route], in_turn: bool, streams: &Streams) -> Option<&'a Route> {
-    match routes {
-        [] => None,
-        [only] => Some(only),
-        several if in_turn => {
-            let turn = streams.cycle_of(Stream::Route) % several.len() as u64;
-            several.get(turn as usize)
-        }
+/// Chooses a route by its weight, or the next one in turn, and says which it is, from 0.
+pub fn choose<'a>(
+    routes: &'a [Route],
+    in_turn: bool,
+    streams: &Streams,
+) -> Option<(usize, &'a Route)> {
+    let place = match routes {
+        [] | [_] => 0,
+        several if in_turn => (streams.cycle_of(Stream::Route) % several.len() as u64) as usize,
         several => {
             let weights: Vec<f64> = several.iter().map(|route| route.weight).collect();
-            several.get(streams.open(Stream::Route).index(&weights))
+            streams.open(Stream::Route).index(&weights)
         }
-    }
+    };
+    Some((place, routes.get(place)?))
 }
 
 /// Sections of one road type and one ground each.

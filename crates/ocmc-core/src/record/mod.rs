@@ -256,6 +256,9 @@ pub struct Record {
     /// What the chargers on the way gave the auxiliaries while the truck was plugged in, in J: no part of
     /// `auxiliary_energy_j`; null as `charged_energy_public_j`.
     pub charger_auxiliary_energy_j: Option<f64>,
+    /// Its route, from 0 in the order in which a study or a command names them; null where the road
+    /// is drawn.
+    pub route_id: Option<u64>,
     /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger that
     /// have a column of their own.
     #[serde(skip)]

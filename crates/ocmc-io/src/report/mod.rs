@@ -135,7 +135,7 @@ pub fn html(run: &Reported) -> String {
         let remarks = remarks(summary);
         let caption = [&[tables::OVER_CYCLES.to_owned()], remarks.as_slice()].concat().join(" ");
         page.push_str(&tables::statistics(&told, &caption, run.summary.note));
-        page.push_str(&parts::parts(&summary.parts));
+        page.push_str(&parts::parts(summary));
         page.push_str(&trucks::trucks(summary));
         page.push_str(&charging::charging(run));
         page.push_str(&energy::breakdown(&run.gathered.sums));

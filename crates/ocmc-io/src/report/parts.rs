@@ -1,14 +1,14 @@
-//! The report's tables of what road types and event kinds took.
+//! The report's tables of what routes, road types and event kinds took.
 
 use super::svg::escaped;
 use super::tables::{self, cells};
 use crate::part_table::{PartTable, part_tables};
-use ocmc_fleet::parts::FleetPart;
+use ocmc_fleet::summary::Summary;
 use std::iter::once;
 
 /// The tables; nothing where there are no parts.
-pub(super) fn parts(parts: &[FleetPart]) -> String {
-    part_tables(parts).iter().map(table).collect()
+pub(super) fn parts(summary: &Summary) -> String {
+    part_tables(summary).iter().map(table).collect()
 }
 
 fn table(table: &PartTable) -> String {
@@ -17,9 +17,9 @@ fn table(table: &PartTable) -> String {
     };
     let rows = table.rows.iter().map(|(name, others)| cells(&line(name, others)));
     format!(
-        "<h2>{}</h2>\n<p class=\"soft\">Shares of the whole, standstill and idling included, and \
-         the consumption of each part over its own way.</p>\n{}",
+        "<h2>{}</h2>\n<p class=\"soft\">{}</p>\n{}",
         table.title,
-        tables::table(&line("part", &table.columns), rows)
+        table.caption,
+        tables::table(&line(table.first, &table.columns), rows)
     )
 }

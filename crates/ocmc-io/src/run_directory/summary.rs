@@ -65,7 +65,11 @@ impl JudgedMean {
 
 impl RunSummary {
     /// What the run of this manifest adds up to, which ends now.
-    pub fn new(manifest: &Manifest, summary: Summary, wall_s: f64, threads: usize) -> Self {
+    pub fn new(manifest: &Manifest, mut summary: Summary, wall_s: f64, threads: usize) -> Self {
+        let routes = if summary.routes.is_empty() { Vec::new() } else { manifest.routes() };
+        for route in &mut summary.routes {
+            route.file = routes.get(route.route_id as usize).map(|own| own.file.clone());
+        }
         Self {
             study: manifest.study.clone(),
             study_hash: manifest.study_hash.clone(),

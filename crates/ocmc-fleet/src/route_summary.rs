@@ -1,0 +1,39 @@
+//! What the cycles of one route add up to.
+
+use super::statistic::{Statistic, by_name};
+use super::summary::consumption_of;
+use serde::Serialize;
+
+/// What the cycles of one route add up to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RouteSummary {
+    /// Its place among the routes, from 0.
+    pub route_id: u64,
+    /// Its file, where it is known.
+    pub file: Option<String>,
+    /// Cycles that count.
+    pub cycles: u64,
+    /// Distance driven in them, in m.
+    pub distance_m: f64,
+    /// The quantities, over them.
+    #[serde(serialize_with = "by_name")]
+    pub statistics: Vec<Statistic>,
+}
+
+impl RouteSummary {
+    /// The statistic of that name.
+    pub fn statistic(&self, column: &str) -> Option<&Statistic> {
+        self.statistics.iter().find(|statistic| statistic.column == column)
+    }
+
+    /// Name for people: the name of its file, without folders, or its number.
+    pub fn name(&self) -> String {
+        let name = |file: &String| file.rsplit(['/', '\\']).next().map(str::to_owned);
+        self.file.as_ref().and_then(name).unwrap_or_else(|| format!("route {}", self.route_id))
+    }
+
+    /// The consumption that it is judged by.
+    pub fn consumption(&self) -> Option<&Statistic> {
+        consumption_of(&self.statistics)
+    }
+}
