@@ -262,7 +262,7 @@ fn trucks_and_trips_are_typed_and_written() {
     let out_option = ["1", "--out", out.to_str().expect("a name")];
     let told = output(&[&options[..], &out_option].concat());
     let text = String::from_utf8_lossy(&told.stdout);
-    assert!(text.contains("12 trucks") && text.contains("The fleet's year"), "{text}");
+    assert!(text.contains("12 trucks, 5 trips each: totals"), "{text}");
     assert!(out.join("trucks.parquet").is_file());
     let sums = fs::read_to_string(out.join("checksums.sha256")).expect("written");
     assert!(sums.contains("trucks.parquet"), "{sums}");

@@ -4,7 +4,7 @@
 use super::RunAnswer;
 use super::charging_text::charging;
 use super::parts_text::parts;
-use super::trucks_text::trucks;
+use super::trucks_text::{fleet, trucks};
 use crate::text::{as_many, effects, fact, row, threads_text};
 use ocmc_core::record::Outcome;
 use ocmc_fleet::histogram::Histogram;
@@ -23,7 +23,7 @@ use std::iter::once;
 /// The whole answer, so many columns wide.
 pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     let run = &answer.summary;
-    let mut text = heading(answer, run);
+    let mut text = heading(answer, run) + &fleet(&run.summary) + &trucks(&run.summary);
     if run.summary.outcomes.counted() > 0 {
         let table = summary_table(&run.summary) + &adjusted(&run.summary) + &judged(run);
         let few = run.note.map_or_else(String::new, |note| format!("Intervals: {note}.\n"));
@@ -36,7 +36,6 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     }
     text + &parts(&run.summary)
         + &charging(&run.summary)
-        + &trucks(&run.summary)
         + &saturated(&run.summary)
         + &failed(&run.summary)
 }

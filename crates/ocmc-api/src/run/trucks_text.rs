@@ -1,5 +1,5 @@
-//! The part of a run's answer that is about trucks: how their years are spread, what the fleet's
-//! year adds up to, and what of the spread of trips is between trucks.
+//! The part of a run's answer that is about trucks: what the fleet adds up to, how their years are
+//! spread, and what of the spread of trips is between trucks.
 
 use super::text::table_over;
 use ocmc_core::energy::carrier::CARRIERS;
@@ -11,10 +11,40 @@ use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
 use std::fmt::Write;
 
+/// Totals of the fleet; nothing where each trip has a truck of its own.
+pub(super) fn fleet(summary: &Summary) -> String {
+    let Some(trucks) = &summary.trucks else { return String::new() };
+    let TruckSummary { trucks: count, totals, .. } = trucks;
+    let taken = CARRIERS.iter().zip(totals.sold).map(|(declared, total)| {
+        let (unit, factor) = declared.total;
+        (declared.name, total, factor, unit)
+    });
+    let lines: Vec<(&str, Option<Total>, f64, &str)> = [
+        ("distance", totals.distance_m, 1e-3, "km"),
+        ("time", totals.duration_s, 1.0 / 3600.0, "h"),
+    ]
+    .into_iter()
+    .chain(taken)
+    .chain([("CO2", totals.co2_kg, 1e-3, "t")])
+    .collect();
+    let each = count_of(summary.cycles / (*count).max(1), "trip");
+    let mut text = format!(
+        "\n{}, {each} each: totals ± where another fleet of as many would lie\n",
+        count_of(*count, "truck")
+    );
+    for (name, total, factor, unit) in lines {
+        let Some(Total { total, prediction95 }) = total else { continue };
+        let half = prediction95.map(|[low, high]| rough(factor * (high - low) / 2.0));
+        let half = half.map_or_else(String::new, |half| format!(" ± {half}"));
+        let _ = writeln!(text, "  {name:<11} {}{half} {unit}", rounded(factor * total));
+    }
+    text + &arrivals(summary)
+}
+
 /// Nothing where each trip has a truck of its own.
 pub(super) fn trucks(summary: &Summary) -> String {
     let Some(trucks) = &summary.trucks else { return String::new() };
-    let TruckSummary { trucks: count, years, truck_years, totals, components, note, .. } = trucks;
+    let TruckSummary { trucks: count, years, truck_years, components, note, .. } = trucks;
     let over = if *years > 1 { format!(" over {years} years") } else { String::new() };
     let mut text = format!(
         "\n{}{over}: totals over totals of each truck's year\n{}",
@@ -30,26 +60,7 @@ pub(super) fn trucks(summary: &Summary) -> String {
     {
         text += &spread(trucks, own.column, components);
     }
-    let taken = CARRIERS.iter().zip(totals.sold).map(|(declared, total)| {
-        let (unit, factor) = declared.total;
-        (declared.name, total, factor, unit)
-    });
-    let lines: Vec<(&str, Option<Total>, f64, &str)> = [
-        ("distance", totals.distance_m, 1e-3, "km"),
-        ("time", totals.duration_s, 1.0 / 3600.0, "h"),
-    ]
-    .into_iter()
-    .chain(taken)
-    .chain([("CO2", totals.co2_kg, 1e-3, "t")])
-    .collect();
-    let _ = writeln!(text, "\nThe fleet's year ± where another fleet of as many trucks would lie");
-    for (name, total, factor, unit) in lines {
-        let Some(Total { total, prediction95 }) = total else { continue };
-        let half = prediction95.map(|[low, high]| rough(factor * (high - low) / 2.0));
-        let half = half.map_or_else(String::new, |half| format!(" ± {half}"));
-        let _ = writeln!(text, "  {name:<11} {}{half} {unit}", rounded(factor * total));
-    }
-    text + &arrivals(summary)
+    text
 }
 
 /// Of how many trucks the trips arrive.

@@ -130,13 +130,13 @@ pub fn html(run: &Reported) -> String {
     let mut page = opening::opening(run, &explaining);
     page.push_str(&opening::key_numbers(run));
     if let Some(statistic) = summary.consumption() {
+        page.push_str(&trucks::trucks(summary));
         page.push_str(&distribution(statistic));
         let told: Vec<Statistic> = summary.told().cloned().collect();
         let remarks = remarks(summary);
         let caption = [&[tables::OVER_CYCLES.to_owned()], remarks.as_slice()].concat().join(" ");
         page.push_str(&tables::statistics(&told, &caption, run.summary.note));
         page.push_str(&parts::parts(summary));
-        page.push_str(&trucks::trucks(summary));
         page.push_str(&charging::charging(run));
         page.push_str(&energy::breakdown(&run.gathered.sums));
         page.push_str(&charging::waterfall(&run.gathered));

@@ -24,6 +24,7 @@ pub(super) fn trucks(summary: &Summary) -> String {
     };
     let (unit, factor) = label(own.column);
     let mut text = format!("<h2>Trucks: {}</h2>\n", grouped(trucks.trucks));
+    text.push_str(&year(trucks));
     if let Some(components) = &trucks.components {
         let _ = writeln!(
             text,
@@ -40,7 +41,6 @@ pub(super) fn trucks(summary: &Summary) -> String {
     text.push_str(&caterpillar(trucks, unit, factor));
     let caption = "Each truck's year, total over total, counted once.";
     text.push_str(&statistics(&trucks.truck_years, caption, trucks.note));
-    text.push_str(&year(trucks));
     text.push_str(&seasons(trucks, unit, factor));
     text
 }
@@ -131,7 +131,7 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     )
 }
 
-/// Totals of the fleet's year.
+/// Totals of the fleet.
 fn year(trucks: &TruckSummary) -> String {
     let totals = &trucks.totals;
     let taken = CARRIERS.iter().zip(totals.sold).map(|(declared, total)| {
@@ -152,8 +152,8 @@ fn year(trucks: &TruckSummary) -> String {
         Some(cells(&[name, rounded(factor * total), other]))
     });
     format!(
-        "<p class=\"soft\">The fleet's year, and where that of another fleet of as many trucks \
-         lies in 95 of 100 cases.</p>\n{}",
+        "<p class=\"soft\">What these trips of the fleet add up to, and where that of another fleet of \
+         as many trucks lies in 95 of 100 cases.</p>\n{}",
         table(&["quantity", "total", "another fleet"], rows)
     )
 }

@@ -280,21 +280,21 @@ pub(super) const DECIMAL_POINT: &str = "numbers take a decimal point: 2.5, not 2
 pub(super) const NO_UNIT: &str =
     "numbers stand without their unit, in which the key ends: 250, not 250m";
 
+/// Likeness from which on a name is one with a typing error.
+const TYPING_ERROR: f64 = 0.75;
+
 /// The name that was probably meant.
 pub fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str> {
     // a comparison is quadratic in the length, and no name is long
     let wrong: String = wrong.chars().take(64).collect();
-    names
-        .iter()
-        .map(|name| (strsim::normalized_damerau_levenshtein(&wrong, name.as_ref()), name.as_ref()))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(likeness, _)| *likeness >= 0.5)
-        .map(|(_, name)| name)
-        .or_else(|| {
-            // `mass` is part of `curb_mass_kg`
-            let is_part = |name: &&S| name.as_ref().split('_').any(|word| word == wrong);
-            names.iter().find(is_part).map(AsRef::as_ref)
-        })
+    let likeness = |name: &str| strsim::normalized_damerau_levenshtein(&wrong, name);
+    let likely = names.iter().map(|name| (likeness(name.as_ref()), name.as_ref()));
+    let (likeness, likeliest) = likely.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    // `mass` is part of `curb_mass_kg`, and more like `class`
+    let is_part = |name: &&S| name.as_ref().split('_').any(|word| word == wrong);
+    let part = names.iter().find(is_part).map(AsRef::as_ref);
+    let part = part.filter(|_| likeness < TYPING_ERROR);
+    part.or_else(|| (likeness >= 0.5).then_some(likeliest))
 }
 
 fn listed<S: AsRef<str>>(names: &[S]) -> String {
