@@ -1,14 +1,18 @@
-//! The calibrated study with the quantiles of the table, as far as its rows know them.
+//! The calibrated study with the quantiles of the table, as far as its rows know them, and with the
+//! answers that are printed.
 //!
 //! The likelihood of the rows knows the spread of trips by their variances alone, of at most 150 rows:
-//! P5 and P95 of the study are some 3 % off. Its scores then move, the most probable way, to where the
-//! quantiles are those of the rows and of the study, weighed by their errors.
+//! P5 and P95 of the study are some 3 % off. What a change does is known better over all members of
+//! the design than at any one study. So its scores move, the most probable way, to where the quantiles
+//! are those of the rows and of the study, weighed by their errors, and changes do what is printed.
 
-use super::design::{CHECKED_FIRST, Design, Driven};
+use super::design::{CHECKED_FIRST, Design, Driven, change};
+use super::question::Question;
 use super::shape::Shape;
 use super::written::kept;
 use crate::error::Error;
 use ocmc_core::record::Record;
+use ocmc_core::study::Study;
 use ocmc_estimation::calibration::totals::{MemberEmulator, Posterior, Response};
 use ocmc_fleet::quantity::NamedQuantity;
 use ocmc_fleet::run::records;
@@ -18,9 +22,16 @@ use std::ops::ControlFlow;
 /// Trips of the calibrated study: whole batches of the cycles that are spread evenly.
 pub(super) const CHECKED: u64 = 3200;
 /// How often it is moved: what is linear in the scores is so nearly.
-pub(super) const ROUNDS: u64 = 2;
+const ROUNDS: u64 = 2;
 /// Most that a score moves.
 const MOST_MOVE: f64 = 1.0;
+/// What quantiles may be off, as a share, and changes.
+const TOLERANCES: [f64; 2] = [0.003, 3e-4];
+/// Trips of a round, and of each question in it.
+const ROUND: u64 = 1600;
+const ASKED: u64 = 400;
+/// Trips of all rounds.
+pub(super) const ROUNDS_TRIPS: u64 = ROUNDS * (ROUND + ASKED * Question::ALL.len() as u64);
 
 /// The rows of a table by their shape, and how many count as independent.
 pub(super) struct Target {
@@ -38,36 +49,69 @@ pub(super) struct Matched {
 }
 
 impl Matched {
-    /// The study at the most probable scores, and at those where its quantiles are the target's; no
-    /// target: as it is. `look` is told how many trips are driven.
+    /// The study at the most probable scores, moved to where its quantiles are the target's, where
+    /// there is one, and questions have these answers. `look` is told how many trips are driven.
     pub(super) fn new(
         design: &Design,
         members: &[Driven],
         posterior: &Posterior,
         quantity: &NamedQuantity,
         target: Option<&Target>,
+        questions: &[(Question, MemberEmulator)],
         look: &mut dyn FnMut(u64) -> ControlFlow<()>,
     ) -> Result<ControlFlow<(), Self>, Error> {
         let quantiles = quantiles(members);
+        let asked: Vec<f64> =
+            questions.iter().map(|(_, emulator)| emulator.at(&posterior.scores).0).collect();
+        let mut done = 0;
+        let mut drive = |study: &Study, trips: u64| {
+            let driven = records(study, &design.plan(CHECKED_FIRST, trips), |n| look(done + n));
+            done += trips;
+            driven
+        };
         let mut scores = kept(posterior);
         let takes_part: Vec<bool> = scores.iter().map(|score| *score != 0.0).collect();
-        for round in 0.. {
+        // P5 and P95 over the mean, by the rows and by the study before it moved
+        let mut wanted: Option<[f64; 2]> = None;
+        for _ in 0..ROUNDS {
             let (nearest, study) = design.nearest(&scores)?;
-            let plan = design.plan(CHECKED_FIRST, CHECKED);
-            let driven = records(&study.study, &plan, |n| look(round * CHECKED + n));
-            let ControlFlow::Continue(trips) = driven else { return Ok(ControlFlow::Break(())) };
-            let (shape, sorted) = Shape::of(quantity, &trips);
-            let Some(target) = target.filter(|_| round < ROUNDS) else {
-                return Ok(ControlFlow::Continue(Self { scores: nearest, study, trips, shape }));
+            let ControlFlow::Continue(trips) = drive(&study.study, ROUND) else {
+                return Ok(ControlFlow::Break(()));
             };
-            let relative = target.rows.times(shape.mean / target.rows.mean);
-            let asked = relative.together(&shape, &sorted, target.count);
-            let by = [asked.p5 / shape.p5, asked.p95 / shape.p95].map(libm::log);
-            let moved = posterior.moved(&nearest, &quantiles, &by, |k| takes_part[k]);
+            let mut numbers: Vec<MemberEmulator> = Vec::new();
+            let (mut by, mut tolerances) = (Vec::new(), Vec::new());
+            if let Some(target) = target {
+                let (shape, sorted) = Shape::of(quantity, &trips);
+                let over_mean = |of: &Shape| [of.p5, of.p95].map(|quantile| quantile / of.mean);
+                let [low, high] = *wanted.get_or_insert_with(|| {
+                    let relative = target.rows.times(shape.mean / target.rows.mean);
+                    over_mean(&relative.together(&shape, &sorted, target.count))
+                });
+                let [own_low, own_high] = over_mean(&shape);
+                numbers.extend(quantiles.clone());
+                by.extend([low / own_low, high / own_high].map(libm::log));
+                tolerances.extend([TOLERANCES[0]; 2]);
+            }
+            for ((question, emulator), asked) in questions.iter().zip(&asked) {
+                let Some(changed) = question.study(&study.study) else { continue };
+                let ControlFlow::Continue(after) = drive(&changed, ASKED) else {
+                    return Ok(ControlFlow::Break(()));
+                };
+                let Some(found) = change(quantity, &trips[..after.len()], &after) else { continue };
+                numbers.push(emulator.clone());
+                by.push(asked - found);
+                tolerances.push(TOLERANCES[1]);
+            }
+            let moved = posterior.moved(&nearest, &numbers, &by, &tolerances, |k| takes_part[k]);
             let within = |(to, from): (&f64, &f64)| from + (to - from).clamp(-MOST_MOVE, MOST_MOVE);
             scores = moved.iter().zip(&nearest).map(within).collect();
         }
-        unreachable!("the last round returns")
+        let (scores, study) = design.nearest(&scores)?;
+        let driven = drive(&study.study, CHECKED);
+        Ok(driven.map_continue(|trips| {
+            let shape = Shape::of(quantity, &trips).0;
+            Self { scores, study, trips, shape }
+        }))
     }
 }
 

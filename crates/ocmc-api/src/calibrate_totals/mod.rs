@@ -18,7 +18,7 @@ use crate::watch::{Watch, watched};
 use design::{ASKED, CHECKED_FIRST, Design, Driven, MEMBERS, TRIPS};
 use further::{Further, further};
 use judge::{Judged, judge};
-use matched::{CHECKED, Matched, ROUNDS, Target};
+use matched::{CHECKED, Matched, ROUNDS_TRIPS, Target};
 use ocmc_estimation::calibration::totals::{
     Emulator, Known, Member, MemberEmulator, Posterior, Response, Shared, TotalsRow, posterior,
 };
@@ -188,7 +188,7 @@ pub(crate) fn calibrated(
     let design = Design::new(study, &rows, *seed, threads)?;
     let questions = Question::ALL;
     let total =
-        MEMBERS * (TRIPS + ASKED * questions.len() as u64) + (ROUNDS + 1) * CHECKED + LEVELLED;
+        MEMBERS * (TRIPS + ASKED * questions.len() as u64) + ROUNDS_TRIPS + CHECKED + LEVELLED;
     let table_shape = Shape::of_each(&rows.lengths(), rows.consumption.clone());
     let driven = watched(total, watch, |look| {
         let mut done = 0;
@@ -213,6 +213,7 @@ pub(crate) fn calibrated(
             &found.posterior,
             quantity,
             target.as_ref(),
+            &found.questions,
             &mut |n| look(done + n),
         );
         let judged = design.at(&vec![0.0; design.entries.len()]);

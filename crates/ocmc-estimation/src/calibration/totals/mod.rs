@@ -152,12 +152,16 @@ mod tests {
         let sums: Vec<f64> = scores.iter().map(|s| s.iter().sum()).collect();
         let number = [MemberEmulator::fit(&scores, &sums)];
         let from = [0.5, 0.0, 0.25];
-        let moved = found.moved(&from, &number, &[5.0], |k| k < 2);
+        let moved = found.moved(&from, &number, &[5.0], &[0.0], |k| k < 2);
         let gained = number[0].at(&moved).0 - number[0].at(&from).0;
         assert!((gained - 5.0).abs() < 1e-9 && moved[2] == from[2], "{moved:?}");
         let shared = (moved[0] - from[0]) / (moved[1] - from[1]);
         assert!((shared - 4.0).abs() < 0.2, "{shared}");
-        assert_eq!(found.moved(&from, &number, &[5.0], |_| false), from);
+        assert_eq!(found.moved(&from, &number, &[5.0], &[0.0], |_| false), from);
+        // as far off as the spread of the number, 4 + 1: half of the way
+        let halfway = found.moved(&from, &number, &[5.0], &[libm::sqrt(5.0)], |k| k < 2);
+        let gained = number[0].at(&halfway).0 - number[0].at(&from).0;
+        assert!((gained - 2.5).abs() < 0.2, "{gained}");
     }
 
     #[test]

@@ -46,12 +46,14 @@ impl Posterior {
     }
 
     /// The most probable scores of those at which numbers are larger by `by` than at `from`:
-    /// C Hᵀ (H C Hᵀ)⁻¹ by away from there, with their derivatives H. Scores that do not take part stay.
+    /// C Hᵀ (H C Hᵀ + R)⁻¹ by away from there, with their derivatives H and the squares R of what
+    /// each may be off. Scores that do not take part stay.
     pub fn moved(
         &self,
         from: &[f64],
         numbers: &[MemberEmulator],
         by: &[f64],
+        tolerances: &[f64],
         takes_part: impl Fn(usize) -> bool,
     ) -> Vec<f64> {
         let size = from.len();
@@ -61,7 +63,11 @@ impl Posterior {
         let slopes: Vec<DVector<f64>> = numbers.iter().map(|number| number.at(from).1).collect();
         let slopes = DMatrix::from_columns(&slopes);
         let gain = &covariance * &slopes;
-        let Some(cholesky) = (slopes.transpose() * &gain).cholesky() else { return from.to_vec() };
+        let mut spread = slopes.transpose() * &gain;
+        for (k, tolerance) in tolerances.iter().enumerate() {
+            spread[(k, k)] += tolerance * tolerance;
+        }
+        let Some(cholesky) = spread.cholesky() else { return from.to_vec() };
         let step = gain * cholesky.solve(&DVector::from_row_slice(by));
         from.iter().zip(step.iter()).map(|(score, step)| score + step).collect()
     }
