@@ -232,7 +232,7 @@ fn records_say_their_route_and_the_answer_has_each() {
     let mut fleet = SummaryBuilder::default();
     fleet.add(&records);
     let routes = fleet.finish().routes;
-    let trips: Vec<u64> = (0..3u64)
+    let trips: Vec<u64> = (0..3)
         .map(|id| records.iter().filter(|record| record.route_id == Some(id)).count() as u64)
         .collect();
     assert_eq!(routes.iter().map(|route| route.cycles).collect::<Vec<_>>(), trips);

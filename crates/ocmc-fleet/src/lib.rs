@@ -29,6 +29,7 @@ pub mod doubt;
 pub mod histogram;
 pub mod kaplan_meier;
 pub mod load;
+mod outcomes;
 mod outline_sample;
 mod pair;
 pub mod parts;

@@ -1,14 +1,13 @@
 //! What the cycles of one route add up to.
 
-use super::statistic::{Statistic, by_name};
-use super::summary::consumption_of;
+use super::statistic::{Statistic, by_name, consumption_of};
 use serde::Serialize;
 
 /// What the cycles of one route add up to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RouteSummary {
     /// Its place among the routes, from 0.
-    pub route_id: u64,
+    pub route_id: u32,
     /// Its file, where it is known.
     pub file: Option<String>,
     /// Cycles that count.

@@ -4,9 +4,17 @@ use super::adjustment::AdjustedStatistic;
 use super::clustering::{Clusters, Spread};
 use super::histogram::Histogram;
 use super::quantile::{LEVELS, interval_of_clusters, quantile};
+use super::quantity::CONSUMPTIONS;
 use super::ratio::Ratio;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
+
+/// The consumption that statistics are judged by: fuel, else electricity, else the work at the
+/// wheels.
+pub(crate) fn consumption_of(statistics: &[Statistic]) -> Option<&Statistic> {
+    let known = |column: &&str| statistics.iter().find(|s| s.column == *column && s.n > 0);
+    CONSUMPTIONS.iter().find_map(known)
+}
 
 /// One quantity of a fleet. What cannot be estimated from so few cycles is `None`.
 ///

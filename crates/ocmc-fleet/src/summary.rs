@@ -6,6 +6,7 @@ use super::charging::ChargingSummary;
 use super::clustering::Clusters;
 use super::dependence::Dependence;
 use super::load::{LoadBuilder, LoadCurves};
+pub use super::outcomes::Outcomes;
 use super::parts::{FleetPart, PartSums, add_known};
 use super::quantile::{interval_of_clusters, quantile};
 use super::quantity::{
@@ -14,13 +15,13 @@ use super::quantity::{
 use super::ratio::Ratio;
 use super::route_summary::RouteSummary;
 use super::run::RunPlan;
-use super::statistic::{Statistic, by_name};
+use super::statistic::{Statistic, by_name, consumption_of};
 use super::truck_arrivals::{TruckArrivalBuilder, TruckArrivals};
 use super::truck_year::{TripTotals, TruckSummary, TruckYearBuilder};
 use super::uncertainty::{Effects, ParameterUncertainty};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -106,38 +107,6 @@ impl Saturation {
     }
 }
 
-/// Number of cycles by outcome, in the order of [`Outcome::ALL`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Outcomes([u64; Outcome::ALL.len()]);
-
-impl Outcomes {
-    /// Number of cycles that ended so.
-    pub fn of(&self, outcome: Outcome) -> u64 {
-        self.0[outcome as usize]
-    }
-
-    /// Number of cycles that were not completed.
-    pub fn failed(&self) -> u64 {
-        self.0.iter().sum::<u64>() - self.of(Outcome::Completed)
-    }
-
-    /// Number of cycles that count in no statistic: they stalled or timed out.
-    pub fn uncounted(&self) -> u64 {
-        self.failed() - self.of(Outcome::Depleted)
-    }
-
-    /// Number of cycles that count, of what they drove.
-    pub fn counted(&self) -> u64 {
-        self.of(Outcome::Completed) + self.of(Outcome::Depleted)
-    }
-}
-
-impl Serialize for Outcomes {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(Outcome::ALL.map(|outcome| (outcome.name(), self.of(outcome))))
-    }
-}
-
 /// The mean of the fleet if each cycle that stalled or timed out had been as long as the mean
 /// counted one and had consumed, per distance, as much as the worst counted one; as much as its
 /// own record shows, where that is more. A record holds what was driven until the cycle failed: one
@@ -211,13 +180,6 @@ impl Summary {
     }
 }
 
-/// The consumption that statistics are judged by: fuel, else electricity, else the work at the
-/// wheels.
-pub(crate) fn consumption_of(statistics: &[Statistic]) -> Option<&Statistic> {
-    let known = |column: &&str| statistics.iter().find(|s| s.column == *column && s.n > 0);
-    CONSUMPTIONS.iter().find_map(|column| known(&column))
-}
-
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "the form that serde calls")]
 fn is_zero(count: &u64) -> bool {
     *count == 0
@@ -250,7 +212,7 @@ pub struct SummaryBuilder {
     /// Ids of the counted cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
     /// Routes of the counted cycles, where they have some.
-    route_ids: Vec<u64>,
+    route_ids: Vec<u32>,
     /// Expectations of what the cycles have; none where they are not known.
     adjuster: Option<Adjuster>,
     /// Places of the counted cycles among all, where there is an adjuster.
@@ -282,7 +244,7 @@ impl SummaryBuilder {
     pub fn add(&mut self, records: &[Record]) {
         for record in records {
             self.cycles += 1;
-            self.outcomes.0[record.outcome as usize] += 1;
+            self.outcomes.add(record.outcome);
             self.distance_m += record.distance_m;
             self.simulated_s += record.simulated_s;
             self.saturation.add(record);
@@ -372,7 +334,7 @@ impl SummaryBuilder {
         let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k], &clusters));
         let worst_case = self.worst_case(&means);
         let adjustment = self.adjustment();
-        let statistics = self.statistics(means, &clusters, adjustment.as_ref());
+        let statistics = self.statistics(&means, &clusters, adjustment.as_ref());
         let trucks = std::mem::take(&mut self.trucks);
         let totals = |k: usize| self.totals(&QUANTITIES[k]).collect();
         let totals = TripTotals { clusters: &clusters, cycle_ids: &self.cycle_ids, of: &totals };
@@ -398,28 +360,28 @@ impl SummaryBuilder {
 
     fn statistics(
         &self,
-        means: [Option<Ratio>; QUANTITIES.len()],
+        means: &[Option<Ratio>; QUANTITIES.len()],
         clusters: &Clusters,
         adjustment: Option<&Adjustment>,
     ) -> Vec<Statistic> {
         let all = QUANTITIES.iter().zip(means).zip(&self.values);
-        let one = |((quantity, mean), values): ((&'static RecordQuantity, _), &Vec<f64>)| {
+        let one = |((quantity, mean), values): ((&'static RecordQuantity, &_), &Vec<f64>)| {
             let cycles = self.cycles_with(values);
             let adjusted = adjustment.filter(|_| !values.is_empty());
             let adjusted = adjusted.and_then(|adjustment| {
                 let totals = self.totals_of_all(quantity);
                 adjustment.statistic(&totals, self.values_of_all(quantity))
             });
-            Statistic { adjusted, ..Statistic::new(quantity.column, mean, &cycles, clusters) }
+            Statistic { adjusted, ..Statistic::new(quantity.column, *mean, &cycles, clusters) }
         };
         all.map(one).collect()
     }
 
     /// Summaries of the routes, where there are several.
     fn routes(&self) -> Vec<RouteSummary> {
-        let ids: BTreeSet<u64> = self.route_ids.iter().copied().collect();
+        let ids: BTreeSet<u32> = self.route_ids.iter().copied().collect();
         let several = ids.len() > 1 && self.route_ids.len() == self.rows;
-        let summary = |route_id: u64| {
+        let summary = |route_id: u32| {
             let own = self.of_route(route_id);
             let clusters = own.clusters();
             let means = std::array::from_fn(|k| own.mean(&QUANTITIES[k], &clusters));
@@ -428,14 +390,14 @@ impl SummaryBuilder {
                 file: None,
                 cycles: own.rows as u64,
                 distance_m: own.extents.iter().map(|extent| extent.distance_m).sum(),
-                statistics: own.statistics(means, &clusters, None),
+                statistics: own.statistics(&means, &clusters, None),
             }
         };
         ids.into_iter().filter(|_| several).map(summary).collect()
     }
 
     /// The counted cycles of a route.
-    fn of_route(&self, route_id: u64) -> Self {
+    fn of_route(&self, route_id: u32) -> Self {
         let rows = || (0..self.rows).filter(|row| self.route_ids[*row] == route_id);
         let values = self
             .values

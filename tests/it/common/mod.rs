@@ -85,6 +85,7 @@ impl GivenRoad {
             events: events.collect(),
             heading_rad: 0.0,
             climb_reached: true,
+            route: None,
         };
         let mut mission = scenario.cycle.mission.clone();
         mission.length_m = self.length_m;

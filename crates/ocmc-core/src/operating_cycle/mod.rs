@@ -29,6 +29,7 @@ use crate::random::Streams;
 use crate::switch::ModelSwitch;
 use mission_part::set_parts;
 use route::Route;
+use std::num::NonZeroU32;
 
 /// How far a sign may lie above the law by rounding, in m/s.
 const ROUNDED_MPS: f64 = 0.1;
@@ -59,8 +60,6 @@ pub struct TrafficStretch {
 pub struct OperatingCycle {
     /// The mission.
     pub mission: Mission,
-    /// The given route that it drives, from 0; none where the road is drawn.
-    pub route_id: Option<u64>,
     /// The road.
     pub road: Road,
     /// Weather along the road.
@@ -143,7 +142,6 @@ impl OperatingCycleSampler {
     /// Draws one operating cycle into `cycle`, whose buffers are reused.
     pub fn sample(&self, streams: &Streams, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
         let chosen = route::choose(&self.routes, self.mission.routes_in_turn, streams);
-        cycle.route_id = chosen.map(|(place, _)| place as u64);
         let route = chosen.map(|(_, route)| route);
         let given_length_m = route.map(|route| route.cycle.length_m);
         cycle.mission = self.mission.sample(given_length_m, streams, without);
@@ -155,6 +153,7 @@ impl OperatingCycleSampler {
             None => self.road.sample(mission.length_m, &mission.stops, streams, without, road),
             Some(route) => route.lay(&self.road, &mission.stops, streams, without, road),
         }
+        cycle.road.route = chosen.and_then(|(place, _)| NonZeroU32::new(place as u32 + 1));
         if without.contains(&ModelSwitch::Signs) {
             for sign in &mut cycle.road.signs {
                 sign.speed_mps = UNLIMITED_MPS;

@@ -217,7 +217,7 @@ pub fn follow_scenario(
         cycle_id: scenario.cycle_id,
         truck_id: scenario.trip.truck_id,
         trip: scenario.trip.trip,
-        route_id: scenario.cycle.route_id,
+        route_id: scenario.cycle.road.route.map(|route| route.get() - 1),
         payload_kg: mission.payload_kg,
         mean_payload_kg: mission.payload_kg,
         payload_cut_kg: scenario.payload_cut_kg,

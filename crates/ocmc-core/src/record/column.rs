@@ -228,5 +228,5 @@ const FIELDS: &[Column] = &[
     column_of("mean_payload_kg", |r| n(r.mean_payload_kg)),
     column_of("power_take_off_energy_j", |r| Cell::Number(r.power_take_off_energy_j)),
     column_of("charger_auxiliary_energy_j", |r| Cell::Number(r.charger_auxiliary_energy_j)),
-    column_of("route_id", |r| Cell::Integer(r.route_id)),
+    column_of("route_id", |r| Cell::Integer(r.route_id.map(u64::from))),
 ];

@@ -258,7 +258,7 @@ pub struct Record {
     pub charger_auxiliary_energy_j: Option<f64>,
     /// Its route, from 0 in the order in which a study or a command names them; null where the road
     /// is drawn.
-    pub route_id: Option<u64>,
+    pub route_id: Option<u32>,
     /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger that
     /// have a column of their own.
     #[serde(skip)]

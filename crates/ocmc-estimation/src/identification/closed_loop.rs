@@ -158,6 +158,7 @@ impl<'a> ClosedLoop<'a> {
             roughness_block_m: BLOCK_M,
             grounds: vec![Ground::Asphalt],
             climb_reached: true,
+            route: None,
             ..Road::default()
         };
         let mut driver: Driver =

@@ -61,7 +61,7 @@ impl LaneTask {
             truck_id: self.scenario.trip.truck_id,
             driver_id: Some(self.scenario.trip.driver_id),
             trip: self.scenario.trip.trip,
-            route_id: cycle.route_id,
+            route_id: cycle.road.route.map(|route| route.get() - 1),
             duration_s: ledger[Term::Time] + self.progress.standstill_s,
             standstill_s: self.progress.standstill_s,
             n_stops: self.progress.n_stops,

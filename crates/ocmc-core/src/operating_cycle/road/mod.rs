@@ -30,6 +30,7 @@ use serde::{Deserialize, Serialize};
 use speed_sign::{SpeedSign, SpeedSignChain, SpeedSignModel};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::num::NonZeroU32;
 use surface::{Ground, GroundModel, RoughnessModel};
 use topography::{ClimbRule, TopographyModel, bridge, sample_slopes};
 use types_of_signs::TypesOfSigns;
@@ -142,6 +143,8 @@ pub struct Road {
     pub heading_rad: f64,
     /// Whether the limits on the slope allowed the net climb.
     pub climb_reached: bool,
+    /// The given route that it is, from 1; none where it is drawn.
+    pub route: Option<NonZeroU32>,
 }
 
 /// What the road type decides along the road, prepared for sampling; types in the order of their
