@@ -31,8 +31,9 @@ fn refusal(cycle: GivenCycle, draw: &[Draw]) -> String {
     refused.unwrap_err().1.to_string()
 }
 
+/// A road, without saying which route it is.
 fn road(study: &Study, cycle_id: u64) -> Road {
-    study.sample(1, cycle_id).cycle.road
+    Road { route: None, ..study.sample(1, cycle_id).cycle.road }
 }
 
 /// What is known of a drawn road where its parts are lacking.
