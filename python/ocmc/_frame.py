@@ -1,6 +1,7 @@
 """Data frames of tables, by the libraries that are there, and the rows that pandas takes by itself."""
 
 from dataclasses import make_dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,10 +19,7 @@ def to_pandas(table: "Table") -> Any:  # noqa: ANN401 (pandas has no types)
     ModuleNotFoundError
         Where pandas is not installed.
     """
-    try:
-        import pandas as pd  # type: ignore[import-untyped]  # noqa: PLC0415 (where it is used)
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError("to_pandas needs pandas: pip install pandas", name="pandas") from error
+    pd = _library("pandas")
     try:
         import pyarrow as pa  # type: ignore[import-untyped]  # noqa: PLC0415
     except ModuleNotFoundError:
@@ -37,11 +35,15 @@ def to_polars(table: "Table") -> Any:  # noqa: ANN401 (not everybody has it)
     ModuleNotFoundError
         Where polars is not installed.
     """
+    return _library("polars").DataFrame(table)
+
+
+def _library(name: str) -> Any:  # noqa: ANN401 (not everybody has it)
+    """Import a library where it is used, and name it where it is not there."""
     try:
-        import polars as pl  # noqa: PLC0415
+        return import_module(name)
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError("to_polars needs polars: pip install polars", name="polars") from error
-    return pl.DataFrame(table)
+        raise ModuleNotFoundError(f"to_{name} needs {name}: pip install {name}", name=name) from error
 
 
 def rows(table: "Table", dtype: Any, copy: bool | None) -> npt.NDArray[np.object_]:  # noqa: ANN401, FBT001

@@ -1,9 +1,9 @@
-//! What the cycles of one route add up to.
+//! The summary of one route.
 
 use super::statistic::{Statistic, by_name, consumption_of};
 use serde::Serialize;
 
-/// What the cycles of one route add up to.
+/// The summary of the cycles of one route.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RouteSummary {
     /// Its place among the routes, from 0.

@@ -53,7 +53,7 @@ pub struct Summary {
     /// What road types and event kinds took; none where cycles are not broken down.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<FleetPart>,
-    /// What each route adds up to; empty where there are not several.
+    /// Summaries of the routes; empty where there are not several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub routes: Vec<RouteSummary>,
     /// Cycles whose payload was cut at the legal gross mass.

@@ -1,4 +1,4 @@
-//! What a fleet took on each route and road type, and near each kind of event, as people read it.
+//! Tables of a fleet's routes, road types and kinds of events, as people read them.
 
 use crate::label::label;
 use crate::number_text::{grouped, percent};

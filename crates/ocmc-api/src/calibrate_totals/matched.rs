@@ -25,7 +25,8 @@ pub(super) const CHECKED: u64 = 3200;
 const ROUNDS: u64 = 2;
 /// Most that a score moves.
 const MOST_MOVE: f64 = 0.5;
-/// What quantiles may be off, as a share, and changes.
+/// Errors of quantiles and of changes, as shares, that are small enough: more would follow directions
+/// that the table does not know.
 const TOLERANCES: [f64; 2] = [0.01, 1e-3];
 /// Trips of a round, and of each question in it.
 const ROUND: u64 = 1600;

@@ -42,6 +42,9 @@ pub(super) fn totals_text(answer: &CalibrateTotalsAnswer) -> String {
         ),
     ];
     text.push_str(&table(&widths, &[unit, "mean", "P5", "P95"], shown));
+    if answer.of_fills {
+        text.push_str("P5 and P95 of the table are of ways between fills, not of trips.\n");
+    }
     match answer.factor {
         Some(times) => {
             let _ =

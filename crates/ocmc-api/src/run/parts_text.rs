@@ -1,4 +1,4 @@
-//! What routes, road types and event kinds took, as text.
+//! Tables of routes, road types and event kinds as text.
 
 use ocmc_fleet::summary::Summary;
 use ocmc_io::part_table::{PartTable, part_tables};
