@@ -22,6 +22,7 @@ use ocmc_io::shell_word::resume_command;
 use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
 use ocmc_io::table::TableError;
+use ocmc_io::workbook::WorkbookError;
 use ocmc_vecto::comparison::ComparisonError;
 use std::io;
 use std::path::PathBuf;
@@ -281,6 +282,9 @@ pub enum Error {
         /// Number of trips.
         trips: u64,
     },
+    /// A run that does not fit into a workbook.
+    #[error(transparent)]
+    Workbook(WorkbookError),
     /// A file that cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -297,6 +301,16 @@ impl From<ComparisonError> for Error {
         match error {
             ComparisonError::Study(error) => Self::Study(error),
             error => Self::Vecto(error),
+        }
+    }
+}
+
+impl From<WorkbookError> for Error {
+    fn from(error: WorkbookError) -> Self {
+        match error {
+            WorkbookError::File(error) => Self::File(error),
+            WorkbookError::RunDirectory(error) => Self::RunDirectory(error),
+            error => Self::Workbook(error),
         }
     }
 }

@@ -99,7 +99,10 @@ pub use measured_training::{MeasuredTrainingAnswer, MeasuredTrainingRequest, mea
 pub use merge::{MergeRequest, merge};
 pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};
-pub use report::{Gathered, REPORT, Reported, directory_of, note_report, report};
+pub use report::{
+    Gathered, MOST_RECORDS, REPORT, Reported, WORKBOOK, WorkbookError, check_cycles, directory_of,
+    note_report, report, run_workbook, stored_workbook,
+};
 pub use road::{MadeRoad, MissingLimits, RoadAnswer, RoadRequest, road};
 pub use run::{
     Asked, CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
@@ -128,8 +131,8 @@ pub use vecto::vecto;
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    BESTS, CODINGS, CONTROLLERS, DRAWS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SEASONS,
-    SPEED_TERMS, UNKNOWNS, Word, detectors,
+    BESTS, CODINGS, CONTROLLERS, DRAWS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, RUN_FORMATS,
+    RunFormat, SEASONS, SPEED_TERMS, UNKNOWNS, Word, detectors,
 };
 
 pub use ocmc_core::energy::Carrier;

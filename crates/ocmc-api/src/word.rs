@@ -26,6 +26,36 @@ pub const FORMATS: [Word<RecordFormat>; 2] = [
     ("csv", "Comma-separated values", RecordFormat::Csv),
 ];
 
+/// How a run is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunFormat {
+    /// With its records in this format.
+    Records(RecordFormat),
+    /// With its records in the format that is the default, and a workbook beside them.
+    Workbook,
+}
+
+impl RunFormat {
+    /// Format of the records, where one is said.
+    pub fn records(self) -> Option<RecordFormat> {
+        match self {
+            Self::Records(format) => Some(format),
+            Self::Workbook => None,
+        }
+    }
+}
+
+/// Formats of a run.
+pub const RUN_FORMATS: [Word<RunFormat>; 3] = [
+    ("parquet", "Apache Parquet", RunFormat::Records(RecordFormat::Parquet)),
+    ("csv", "Comma-separated values", RunFormat::Records(RecordFormat::Csv)),
+    (
+        "xlsx",
+        "Apache Parquet, and a workbook `run.xlsx` beside it once the run is complete",
+        RunFormat::Workbook,
+    ),
+];
+
 /// Which end of a quantity is the good one.
 pub const BESTS: [Word<Best>; 2] = [
     ("lowest", "Less is better, as of consumption", Best::Lowest),

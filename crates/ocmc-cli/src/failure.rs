@@ -20,10 +20,10 @@ pub(crate) enum Failure {
     Exists { path: PathBuf },
     /// A file of a run directory that leads elsewhere.
     #[error(
-        "`{}` is a symbolic link, and what it names is not ours: remove it, or say with --out where the report goes",
+        "`{}` is a symbolic link, and what it names is not ours: remove it, or say with {otherwise}",
         path.display()
     )]
-    Link { path: PathBuf },
+    Link { path: PathBuf, otherwise: &'static str },
     /// A file that cannot be written.
     #[error("cannot write `{}`: {source}", path.display())]
     File { path: PathBuf, source: io::Error },

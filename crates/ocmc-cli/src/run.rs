@@ -10,9 +10,10 @@ use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::study::Files;
 use ocmc_api::{
     Answer, Asked, CpuLevel, DRAWS, Draw, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep,
-    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat,
-    Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd, RunRequest, SUMMARY, directory_of,
-    mappings, note_report, precision,
+    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RUN_FORMATS,
+    RecordFormat, Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd, RunFormat, RunRequest,
+    SUMMARY, WORKBOOK, check_cycles, directory_of, mappings, note_report, precision,
+    stored_workbook,
 };
 use std::path::{Path, PathBuf};
 
@@ -65,8 +66,8 @@ pub(crate) struct RunArguments {
     #[arg(long, requires = "out")]
     resume: bool,
     /// Format of the records [default: parquet]
-    #[arg(long, value_name = "FORMAT", requires = "out", value_parser = one_of(FORMATS))]
-    format: Option<RecordFormat>,
+    #[arg(long, value_name = "FORMAT", requires = "out", value_parser = one_of(RUN_FORMATS))]
+    format: Option<RunFormat>,
     /// No progress and no hints
     #[arg(long)]
     quiet: bool,
@@ -119,6 +120,10 @@ pub(crate) struct ReportArguments {
     /// File to write; an existing one is replaced [default: report.html in the run directory]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Writes a workbook for spreadsheets instead: answer, routes, trucks, records, study; an existing
+    /// one is replaced [default: run.xlsx in the run directory]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with = "out")]
+    xlsx: Option<Option<PathBuf>>,
 }
 
 /// Parts to merge.
@@ -148,8 +153,10 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 
 /// As [`run`], with what is given to be driven.
 fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure> {
-    let RunArguments { seed, first_cycle, cycles, trucks, format, threads, chunk, .. } = *arguments;
+    let RunArguments { seed, first_cycle, cycles, trucks, threads, chunk, .. } = *arguments;
     let RunArguments { quiet, json, trips, .. } = *arguments;
+    let has_workbook = arguments.format == Some(RunFormat::Workbook);
+    let format = arguments.format.and_then(RunFormat::records);
     let level = level(arguments.cpu_level)?;
     let mut sets = arguments.set.clone();
     sets.extend(trips.map(|trips| format!("fleet.trips_per_truck={trips}")));
@@ -171,6 +178,7 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
     let answer = match (&arguments.out, arguments.resume) {
         (Some(directory), true) => {
             check_range(first_cycle.unwrap_or(0), cycles.unwrap_or(1000))?;
+            check_workbook(has_workbook, cycles.unwrap_or(0))?;
             let request = RequeueRequest { directory, asked, given, threads, chunk, level };
             kept(quiet, |watch| ocmc_api::requeue(&request, watch))?
         }
@@ -179,6 +187,7 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
             study.warnings().iter().for_each(|warning| warn(warning));
             let plan = asked.plan(study, threads, chunk, level);
             check_range(plan.first_cycle, plan.cycles)?;
+            check_workbook(has_workbook, plan.cycles)?;
             let out = out.clone().map(|path| (path, format.unwrap_or_default()));
             let request = RunRequest { study, given, plan, precision: asked.precision, out };
             kept(quiet, |watch| ocmc_api::run(&request, &mut |_| (), watch))?
@@ -187,6 +196,13 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
     answer.warnings().iter().for_each(|warning| warn(warning));
     output::print_run(&answer, json)?;
     let out = arguments.out.as_deref();
+    if let Some(directory) = out.filter(|_| has_workbook && answer.ended != RunEnd::Interrupted) {
+        let path = own_file(directory, WORKBOOK, "`ocmc report --xlsx FILE`")?;
+        busy(quiet, "writing the workbook", || stored_workbook(directory, None))?;
+        if !quiet && !json {
+            output::note(&opened_by_spreadsheets(&path));
+        }
+    }
     match (answer.ended, out) {
         (RunEnd::Interrupted, out) => return Err(interrupted(&answer, out)),
         _ if quiet => {}
@@ -197,6 +213,14 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
         (_, out) => output::note(&more(out, &answer, given)),
     }
     Ok(())
+}
+
+/// Checks before the first cycle that a run fits into its workbook, where it has one.
+fn check_workbook(has_workbook: bool, cycles: u64) -> Result<(), Failure> {
+    if !has_workbook {
+        return Ok(());
+    }
+    check_cycles(cycles).map_err(|error| Failure::Usage(format!("--format xlsx: {error}")))
 }
 
 /// The instructions to use.
@@ -255,20 +279,52 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads a run and writes its report: one HTML file.
+/// Reads a run and writes its report: one HTML file, or a workbook.
 pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
-    let ReportArguments { directory, out } = arguments;
-    let run = busy(false, "reading the run", || Reported::read(directory)).map_err(Error::from)?;
-    let path = out.clone().unwrap_or_else(|| directory_of(directory).join(REPORT));
-    if out.is_none() && path.is_symlink() {
-        return Err(Failure::Link { path });
+    let ReportArguments { directory, out, xlsx } = arguments;
+    if let Some(file) = xlsx {
+        return workbook(directory, file.as_deref());
     }
+    let run = busy(false, "reading the run", || Reported::read(directory)).map_err(Error::from)?;
+    let path = match out {
+        Some(path) => path.clone(),
+        None => own_file(directory, REPORT, "--out where the report goes")?,
+    };
     output::write(&path, ocmc_api::report(&run))?;
     if out.is_none() {
         note_report(directory_of(directory)).map_err(Error::from)?;
     }
     output::note(&format!("Written: `{}`. Any browser opens it.", path.display()));
     Ok(())
+}
+
+/// A file of a run directory that is to be written; one that leads elsewhere is not. `otherwise` says
+/// with what another one is named.
+fn own_file(directory: &Path, name: &str, otherwise: &'static str) -> Result<PathBuf, Failure> {
+    let path = directory_of(directory).join(name);
+    if path.is_symlink() {
+        return Err(Failure::Link { path, otherwise });
+    }
+    Ok(path)
+}
+
+/// Reads a run and writes its workbook.
+fn workbook(directory: &Path, file: Option<&Path>) -> Result<(), Failure> {
+    match file {
+        None => drop(own_file(directory, WORKBOOK, "--xlsx FILE where the workbook goes")?),
+        Some(file) if file.extension().is_some_and(|ending| ending == "xlsx") => {}
+        Some(_) => {
+            let text = "the name after --xlsx has to end in `.xlsx`";
+            return Err(Failure::Usage(text.to_owned()));
+        }
+    }
+    let path = busy(false, "writing the workbook", || stored_workbook(directory, file))?;
+    output::note(&opened_by_spreadsheets(&path));
+    Ok(())
+}
+
+fn opened_by_spreadsheets(workbook: &Path) -> String {
+    format!("Written: `{}`. Any spreadsheet opens it.", workbook.display())
 }
 
 fn interrupted(answer: &RunAnswer, out: Option<&Path>) -> Failure {

@@ -30,6 +30,32 @@ pub fn label(column: &str) -> (&str, f64) {
     }
 }
 
+/// A quantity of the summary for a table with a column of units: what it is, its unit, and the
+/// factor to it.
+pub fn measured(column: &str) -> (String, &str, f64) {
+    for declared in CARRIERS {
+        let of = [(declared.consumption.name, ""), (declared.per_tonne.name, ", by tonne")];
+        if let Some(place) = of.iter().position(|(name, _)| *name == column) {
+            let words = format!("{} consumption{}", declared.name, of[place].1);
+            return (words, declared.labels[place], 1.0);
+        }
+    }
+    let (words, unit) = match column {
+        name if name == ALL_STORES.name => ("consumption of all stores", "kWh/km"),
+        "whole_trip_kwh_per_km" => ("consumption of whole trips", "kWh/km"),
+        "wheel_kwh_per_km" => ("traction", "kWh/km"),
+        "co2_g_per_km" => ("carbon dioxide from the fuel", "g CO2/km"),
+        "grid_co2_g_per_km" => ("greenhouse gases of the grid", "g CO2e/km"),
+        "well_to_wheel_g_per_km" => ("greenhouse gases, well to wheel", "g CO2e/km"),
+        "well_to_wheel_g_per_tkm" => ("greenhouse gases, well to wheel, by tonne", "g CO2e/tkm"),
+        "mean_speed_mps" => ("speed", "km/h"),
+        "duration_s" => ("duration", "h"),
+        "stops_per_km" => ("stops", "1/km"),
+        other => (other, ""),
+    };
+    (words.to_owned(), unit, label(column).1)
+}
+
 /// Chargers of a kind.
 pub fn charger_name(place: ChargingPlace) -> &'static str {
     match place {
@@ -116,6 +142,7 @@ mod tests {
     use crate::records::examples;
     use ocmc_core::energy::Carrier;
     use ocmc_core::record::Outcome;
+    use ocmc_fleet::quantity::QUANTITIES;
     use ocmc_fleet::summary::SummaryBuilder;
 
     fn remarks_of(carrying: usize, electric: bool) -> Vec<String> {
@@ -128,6 +155,18 @@ mod tests {
         let mut fleet = SummaryBuilder::default();
         fleet.add(&records);
         remarks(&fleet.finish())
+    }
+
+    #[test]
+    fn every_quantity_has_a_unit_of_its_own() {
+        for quantity in QUANTITIES {
+            let ((label, factor), (words, unit, own)) =
+                (label(quantity.column), measured(quantity.column));
+            assert_eq!(factor, own);
+            assert!(words != quantity.column && !unit.is_empty(), "{words}");
+            // the same unit as where it stands in the label
+            assert!(label.ends_with(unit) || unit == "1/km", "{label}: {unit}");
+        }
     }
 
     #[test]

@@ -31,3 +31,4 @@ pub mod traffic_table;
 pub mod trip_totals;
 pub mod trucks;
 pub mod weather_table;
+pub mod workbook;

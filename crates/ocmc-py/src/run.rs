@@ -400,6 +400,38 @@ impl PyRun {
         })
     }
 
+    /// Write a workbook for spreadsheets (XLSX), as ``ocmc report --xlsx`` does. An existing file is
+    /// replaced.
+    ///
+    /// The sheets are the answer, the quantities by route where there are several, the trucks where
+    /// trips belong to trucks, the records with a row for each cycle, and the study. Numbers are
+    /// numbers; what a cycle does not have is an empty cell; no cell is a formula.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    ///     The file, whose name should end in ``.xlsx``.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where the run has more records than a sheet has rows, which are 1,048,575: write them as
+    ///     CSV or Parquet with `Run.save`.
+    /// OSError
+    ///     Where the file cannot be written.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc, tempfile
+    /// >>> run = ocmc.Study("field-truck").set("mission.length_m", 5000.0).run(cycles=50)
+    /// >>> with tempfile.TemporaryDirectory() as folder:
+    /// ...     run.to_excel(f"{folder}/run.xlsx")
+    fn to_excel(&self, py: Python, path: PathBuf) -> PyResult<()> {
+        let written =
+            py.detach(|| ocmc_api::run_workbook(&self.answer, &self.records.batches, &path));
+        written.map_err(exception)
+    }
+
     /// Write records, manifest and summary, as ``ocmc --out`` does. An existing run is not
     /// overwritten.
     ///

@@ -119,9 +119,11 @@ fn check_sums(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryE
     check_study(directory, manifest)?;
     let sums = Checksums::read(directory)?
         .ok_or_else(|| RunDirectoryError::without_sum(directory, CHECKSUMS))?;
-    // the report may be written anew
+    // report and workbook may be written anew
     let own = [CHECKSUMS, MANIFEST, manifest.records.as_str()];
-    let is_page = |name: &str| Path::new(name).extension().is_some_and(|ending| ending == "html");
+    let is_page = |name: &str| {
+        Path::new(name).extension().is_some_and(|ending| ending == "html" || ending == "xlsx")
+    };
     let is_other = |name: &&str| name.starts_with(CHUNKS) || is_page(name);
     for name in sums.names().into_iter().filter(|name| !own.contains(name) && !is_other(name)) {
         sums.check(name)?;

@@ -42,6 +42,32 @@ pub fn commented(resolved: &str) -> String {
     text
 }
 
+/// A key of a resolved study, for a table.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct KeyValue {
+    /// Its dotted path.
+    pub(crate) key: String,
+    /// Its value; a law or a list as the text of a study file.
+    pub(crate) value: toml::Value,
+    /// Its meaning and, behind a bar, the allowed range.
+    pub(crate) note: String,
+}
+
+/// The keys of a resolved study, in the order in which they are written; none of what is no TOML.
+pub(crate) fn keys_of(resolved: &str) -> Vec<KeyValue> {
+    let Some(root) = tree(resolved) else { return Vec::new() };
+    let declared = declarations();
+    let row = |Leaf { path, value }: Leaf| KeyValue {
+        key: dotted(&path),
+        value: match &value.content {
+            Content::Scalar(scalar) => scalar.clone(),
+            _ => toml::Value::String(inline(value)),
+        },
+        note: note(value, &path, Key(&declared)),
+    };
+    leaves(&root).into_iter().map(row).collect()
+}
+
 /// A study file that inherits all of a built-in study: every key with the value that it has there,
 /// as a comment, its meaning and its allowed range.
 ///

@@ -45,8 +45,8 @@ mod vehicle_input;
 
 pub use builtin::{BuiltIn, list, show, text, vehicles};
 use builtin::{STANDARD_INPUT, STUDY, Text, read, standard_input};
+pub(crate) use commented::{KeyValue, in_words, keys_of, settings_from};
 pub use commented::{commented, init_text_of};
-pub(crate) use commented::{in_words, settings_from};
 pub use difference::{KeyDifference, differences, differences_text};
 pub use error::{Cause, Fault, StudyFileError, nearest};
 pub use files::{Files, ForeignVehicle, VehicleReader};
