@@ -20,7 +20,7 @@ import tempfile
 
 DIGITS = 1e-14
 # separator, quotes, UTF-8, from the first row, then: numbers as they are stored, and every sheet
-FILTER = 'csv:"Text - txt - csv (StarCalc)":44,34,76,1,,0,false,false,false,false,false,-1'
+FILTER = "csv:Text - txt - csv (StarCalc):44,34,76,1,,0,false,false,false,false,false,-1"
 FORMULA = "=1+1"
 
 

@@ -55,6 +55,15 @@ def test_out_is_the_directory_of_save(study, tmp_path):
             study.run(cycles=3, **wrong)
 
 
+def test_a_workbook_is_that_of_the_command(study, tmp_path):
+    run = study.run(cycles=30, out=tmp_path / "run")
+    run.to_excel(tmp_path / "a.xlsx")
+    command("report", str(tmp_path / "run"), "--xlsx", str(tmp_path / "b.xlsx"))
+    assert (tmp_path / "a.xlsx").read_bytes() == (tmp_path / "b.xlsx").read_bytes()
+    with pytest.raises(FileNotFoundError, match="none"):
+        run.to_excel(tmp_path / "none" / "a.xlsx")
+
+
 def test_parts_are_merged_to_the_run_of_one_machine(study, tmp_path):
     parts = [tmp_path / "first", tmp_path / "second"]
     study.run(cycles=20, out=parts[0])

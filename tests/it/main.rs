@@ -85,3 +85,4 @@ mod validation;
 mod vecto;
 mod vecto_files;
 mod whole_trip;
+mod workbook;

@@ -197,11 +197,8 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
     output::print_run(&answer, json)?;
     let out = arguments.out.as_deref();
     if let Some(directory) = out.filter(|_| has_workbook && answer.ended != RunEnd::Interrupted) {
-        let path = own_file(directory, WORKBOOK, "`ocmc report --xlsx FILE`")?;
+        own_file(directory, WORKBOOK, "`ocmc report --xlsx FILE` where the workbook goes")?;
         busy(quiet, "writing the workbook", || stored_workbook(directory, None))?;
-        if !quiet && !json {
-            output::note(&opened_by_spreadsheets(&path));
-        }
     }
     match (answer.ended, out) {
         (RunEnd::Interrupted, out) => return Err(interrupted(&answer, out)),
@@ -403,8 +400,8 @@ fn written(path: &Path, manifest: &Manifest) -> String {
     let records = &manifest.records;
     let beside = ["trucks", "chargings", "loads"].map(|name| records.replace("records", name));
     let there = |file: &String| path.join(file).is_file();
-    let files: Vec<String> =
-        [records.clone()].into_iter().chain(beside.into_iter().filter(there)).collect();
+    let beside = beside.into_iter().chain([WORKBOOK.to_owned()]).filter(there);
+    let files: Vec<String> = [records.clone()].into_iter().chain(beside).collect();
     let files = files.join(", ");
     format!("Written to `{}`: {files}, {MANIFEST}, {SUMMARY}.", path.display())
 }

@@ -89,11 +89,11 @@ fn add_facts<W: Write>(
     run: &RunSummary,
 ) -> io::Result<()> {
     let summary = &run.summary;
+    sheet.row([])?;
     let mut fact = |name: &str, unit: &str, value: Cell| {
         let unit = if unit.is_empty() { Cell::Empty } else { unit.into() };
         sheet.row([name.into(), unit, value])
     };
-    fact("", "", Cell::Empty)?;
     fact("study", "", run.study.as_str().into())?;
     fact("hash of the study", "", run.study_hash.as_str().into())?;
     fact("program", "", format!("ocmc {}", manifest.program_version).into())?;
@@ -103,7 +103,7 @@ fn add_facts<W: Write>(
     fact("cycles asked for", "", manifest.cycles.into())?;
     fact("cycles", "", summary.cycles.into())?;
     for outcome in Outcome::ALL {
-        let name = format!("cycles that are {}", outcome.name());
+        let name = format!("cycles that are {}", outcome.name().replace('_', " "));
         fact(&name, "", summary.outcomes.of(outcome).into())?;
     }
     fact("distance of all cycles", "km", (summary.distance_m / 1000.0).into())?;

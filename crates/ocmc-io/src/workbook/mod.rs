@@ -81,10 +81,11 @@ pub fn check_cycles(cycles: u64) -> Result<(), WorkbookError> {
     Ok(())
 }
 
-/// Writes the workbook of a run that lies in a directory. A file of that name is replaced, in one go.
+/// Writes the workbook of a run that lies in a directory. A file of that name is replaced, in one
+/// go.
 ///
 /// # Errors
-/// Where there is no run that was ended, where it does not fit, and where the file cannot be written.
+/// Where there is no run that was ended or it does not fit, and where the file cannot be written.
 pub fn write_stored(directory: &Path, file: &Path) -> Result<(), WorkbookError> {
     let rows = read_manifest(directory_of(directory))?.completed;
     check_cycles(rows)?;

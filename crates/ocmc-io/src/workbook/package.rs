@@ -44,8 +44,8 @@ impl<W: Write + Seek> Package<W> {
         Sheet::begin(self, columns, widths, name == super::ANSWER)
     }
 
-    /// Writes the parts that say what the sheets are, and ends the file. The sheets are shown in this
-    /// order.
+    /// Writes the parts that say what the sheets are, and ends the file. The sheets are shown in
+    /// this order.
     pub(super) fn finish(mut self, order: &[&str]) -> io::Result<W> {
         let place = |name: &&str| self.sheets.iter().position(|sheet| sheet == name);
         let shown: Vec<(usize, &str)> =
@@ -137,4 +137,5 @@ const STYLES: &str = "<fonts count=\"2\"><font><sz val=\"11\"/><name val=\"Calib
     </borders><cellStyleXfs count=\"1\"><xf numFmtId=\"0\" fontId=\"0\" fillId=\"0\" \
     borderId=\"0\"/></cellStyleXfs><cellXfs count=\"2\"><xf numFmtId=\"0\" fontId=\"0\" \
     fillId=\"0\" borderId=\"0\" xfId=\"0\"/><xf numFmtId=\"0\" fontId=\"1\" fillId=\"0\" \
-    borderId=\"0\" xfId=\"0\" applyFont=\"1\"/></cellXfs>";
+    borderId=\"0\" xfId=\"0\" applyFont=\"1\"/></cellXfs><cellStyles count=\"1\"><cellStyle \
+    name=\"Normal\" xfId=\"0\" builtinId=\"0\"/></cellStyles>";

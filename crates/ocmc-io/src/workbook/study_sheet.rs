@@ -7,7 +7,8 @@ use crate::run_directory::Manifest;
 use crate::study::{KeyValue, keys_of};
 use std::io::{self, Seek, Write};
 
-/// Writes the sheet. A value that is longer than a cell goes on in the next rows, with the same key.
+/// Writes the sheet. A value that is longer than a cell goes on in the next rows, with the same
+/// key.
 pub(super) fn add<W: Write + Seek>(
     package: Package<W>,
     manifest: &Manifest,

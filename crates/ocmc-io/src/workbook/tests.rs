@@ -93,7 +93,7 @@ fn numbers_that_are_none_are_empty_cells() {
     (records[0].duration_s, records[1].duration_s) = (f64::NAN, f64::INFINITY);
     let bytes = bytes(&run("my fleet", &records, 1), &records);
     let sheet = sheet(&bytes, RECORDS);
-    let column = (0..).find(|k| sheet.get_value((0, *k)) == Some(&"duration_s".into()));
+    let column = (0..200).find(|k| sheet.get_value((0, *k)) == Some(&"duration_s".into()));
     let column = column.expect("a column");
     let cells: Vec<_> = (1..4).map(|row| sheet.get_value((row, column)).cloned()).collect();
     assert_eq!(cells[..2], [Some(Data::Empty), Some(Data::Empty)]);
