@@ -123,6 +123,10 @@ pub(crate) struct ReportArguments {
     /// Writes a workbook for spreadsheets instead: answer, routes, trucks, records, study; an existing
     /// one is replaced [default: run.xlsx in the run directory]
     #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with = "out")]
+    #[allow(
+        clippy::option_option,
+        reason = "clap's form of an option whose value may be left out"
+    )]
     xlsx: Option<Option<PathBuf>>,
 }
 
