@@ -14,7 +14,7 @@ __all__ = [
     "OperatingCycle", "Run", "Study", "Table", "__version__", "benchmark", "calibrate_curve_speed",
     "compare", "detect_curves", "fit_curve_speed", "fit_fleet", "fit_operating_cycle",
     "fit_speed_change", "fit_traffic", "fit_weather", "identify", "joined", "label", "learn", "load",
-    "merge", "road", "run_from", "simulator_study", "studies", "unpickled", "unpickled_table", "validate",
+    "merge", "mixed_fleet", "road", "run_from", "simulator_study", "studies", "unpickled", "unpickled_table", "validate",
     "vehicles",
 ]
 # fmt: on
@@ -33,6 +33,11 @@ def compare(
     out: str | PathLike[str] | None = None, format: Literal["parquet", "csv"] | None = None,
     names: Sequence[str] | None = None, threads: SupportsIndex | None = None,
     progress: _Progress = None,
+) -> Answer: ...
+def mixed_fleet(
+    study: str | PathLike[str] | Mapping[str, Any], *, seed: SupportsIndex = 1,
+    out: str | PathLike[str] | None = None, format: Literal["parquet", "csv"] | None = None,
+    threads: SupportsIndex | None = None, progress: _Progress = None,
 ) -> Answer: ...
 def benchmark(
     trips: object, study: Study, *, columns: _Columns = None, since: str | None = None,
@@ -259,16 +264,14 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    # fmt: off
     def cost(
-        self,
-        *,
-        cycles: SupportsIndex,
-        against: Study | None = None,
-        seed: SupportsIndex = 1,
-        first_cycle: SupportsIndex = 0,
-        threads: SupportsIndex | None = None,
+        self, *, cycles: SupportsIndex | None = None, trucks: SupportsIndex | None = None,
+        trips: SupportsIndex | None = None, against: Study | None = None, seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0, threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    # fmt: on
     def training(
         self,
         *,

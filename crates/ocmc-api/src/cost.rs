@@ -10,11 +10,11 @@ use ocmc_core::cost::costing::{Costing, Trip};
 use ocmc_core::cost::emissions::TripEmissions;
 use ocmc_core::record::Record;
 use ocmc_fleet::comparison::AdjustedDifference;
-use ocmc_fleet::cost::{CostSpread, FleetCost, InputShare, ItemCost, Percentiles};
+use ocmc_fleet::cost::{CostSpread, FleetCost, FleetOfTrucks, InputShare, ItemCost, Percentiles};
 use ocmc_fleet::cost_difference::{BreakEven, CostDifference, Fleet, Side};
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::run::{RunPlan, records};
-use ocmc_io::number_text::{grouped, percent, rounded, share_text};
+use ocmc_io::number_text::{count_of, grouped, percent, rounded, share_text};
 use ocmc_io::study::{KeyDifference, differences};
 use ocmc_io::study::{LoadedStudy, study_hash};
 use serde::Serialize;
@@ -320,11 +320,13 @@ fn study_text(cost: &FleetCost) -> String {
             rounded(cost.mean_payload_t)
         ),
     );
-    let head = [cost.currency.as_str(), "trip", "km", "tkm", "truck-year", "whole life"];
+    let first = if cost.fleet.is_some() { "fleet" } else { "trip" };
+    let head = [cost.currency.as_str(), first, "km", "tkm", "truck-year", "whole life"];
     let money = |value: Option<f64>| value.map_or("-".to_owned(), rounded);
     let row = |item: &ItemCost| {
         let name = item.item.replace('_', " ");
-        let values = [Some(item.per_trip), Some(item.per_km), item.per_tkm, item.per_a];
+        let first = if cost.fleet.is_some() { item.all_trips } else { item.per_trip };
+        let values = [Some(first), Some(item.per_km), item.per_tkm, item.per_a];
         let values = values.into_iter().chain([item.whole_life]).map(money);
         std::iter::once(name).chain(values).collect::<Vec<String>>()
     };
@@ -332,6 +334,14 @@ fn study_text(cost: &FleetCost) -> String {
     text.push_str(centres);
     let rows = cost.items.iter().chain([&cost.total]).map(row);
     text.push_str(&table(&ITEM_WIDTHS, &head, rows));
+    if let Some(FleetOfTrucks { trucks, trips_per_truck, cost: total }) = cost.fleet {
+        let [trucks, trips] =
+            [(trucks, "truck"), (trips_per_truck, "trip")].map(|(n, word)| count_of(n, word));
+        let other = total.prediction95.map_or_else(String::new, |[low, high]| {
+            format!("; another such fleet {} to {}", rounded(low), rounded(high))
+        });
+        text.push_str(&below(&format!("fleet: {trucks}, {trips} each{other}")));
+    }
     if let Some([low, high]) = cost.total.per_km_ci95 {
         let interval = format!("{} to {} per km", rounded(low), rounded(high));
         text.push_str(&below(&format!("{interval}, 95 % interval over the trips")));

@@ -291,6 +291,12 @@ pub enum Error {
     /// A directory that holds something already.
     #[error("`{}` is not empty; give another directory, or remove it", .0.display())]
     NotEmpty(PathBuf),
+    /// A group of a fleet whose trucks make one trip each: its name.
+    #[error(
+        "trucks of group `{0}` make one trip each, and a fleet adds up what trucks do in several: \
+         give `fleet.trips_per_truck`, or --trips"
+    )]
+    GroupWithoutTrips(String),
     /// The caller has ended it.
     #[error("interrupted: {} of {} {} finished", .0.done, .0.total, .0.what)]
     Interrupted(Progress),

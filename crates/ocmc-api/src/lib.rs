@@ -35,6 +35,7 @@ mod identify;
 mod learn;
 mod measured_training;
 mod merge;
+mod mixed_fleet;
 mod precision;
 mod progress;
 mod range;
@@ -97,6 +98,9 @@ pub use identify::{
 pub use learn::{Doubted, HeldBack, LearnAnswer, LearnRequest, LearntFile, LearntPart, learn};
 pub use measured_training::{MeasuredTrainingAnswer, MeasuredTrainingRequest, measured_training};
 pub use merge::{MergeRequest, merge};
+pub use mixed_fleet::{
+    GroupAnswer, MixedFleetAnswer, MixedFleetRequest, NamedTotal, Replaceable, mixed_fleet,
+};
 pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};
 pub use report::{

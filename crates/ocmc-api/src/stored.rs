@@ -61,7 +61,7 @@ pub fn summed_up<E>(
     });
     let mut fleet = match study.flatten() {
         Some(loaded) => SummaryBuilder::of(&Arc::new(loaded.study), manifest.seed),
-        None => SummaryBuilder::new(manifest.dependence()),
+        None => SummaryBuilder::new(manifest.dependence()).priced(manifest.prices()),
     };
     for group in records {
         fleet.add(&group?);

@@ -3,8 +3,9 @@
 
 pub use ocmc_core::study::StudyModel;
 pub use ocmc_io::study::{
-    BuiltIn, Cause, Fault, Files, Given, LoadedStudy, Origin, StudyFileError, commented,
-    fitted_study, init_text, init_text_of, list, resolved_toml, schema, study_hash, text, vehicles,
+    BuiltIn, Cause, Fault, Files, FleetGroup, Given, LoadedStudy, Opened, Origin, StudyFileError,
+    commented, fitted_study, init_text, init_text_of, list, resolved_toml, schema, study_hash,
+    text, vehicles,
 };
 
 use ocmc_vecto::file::VEHICLES;
@@ -20,6 +21,18 @@ pub fn open<S: AsRef<str>>(
     sets: &[S],
 ) -> Result<LoadedStudy, StudyFileError> {
     ocmc_io::study::open(given, &files.reading(VEHICLES), sets)
+}
+
+/// As [`ocmc_io::study::open_all`].
+///
+/// # Errors
+/// As [`open`].
+pub fn open_all<S: AsRef<str>>(
+    given: &Given,
+    files: &Files,
+    sets: &[S],
+) -> Result<Opened, StudyFileError> {
+    ocmc_io::study::open_all(given, &files.reading(VEHICLES), sets)
 }
 
 /// As [`ocmc_io::study::load`].

@@ -5,7 +5,7 @@ use crate::output::{self, warn};
 use crate::progress::watched;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use ocmc_api::study::{self, Files, Given, LoadedStudy};
+use ocmc_api::study::{self, Files, Given, LoadedStudy, Opened};
 use ocmc_api::{
     Answer, Error, LAST_CYCLE_ID, MOST_THREADS, Noise, RunPlan, Source, Watch, Word, check_empty,
 };
@@ -29,6 +29,20 @@ impl FileOptions {
     /// The files.
     pub(crate) fn files(self) -> Files {
         if self.no_files { Files::Refused } else { Files::here() }
+    }
+
+    /// A study, or those of all groups of a fleet, with what is set in them.
+    pub(crate) fn load_all(
+        self,
+        study: &Path,
+        sets: &[String],
+    ) -> Result<Vec<LoadedStudy>, Failure> {
+        let studies = match study::open_all(&Given::Named(study), &self.files(), sets)? {
+            Opened::Study(study) => vec![*study],
+            Opened::Fleet(groups) => groups.into_iter().map(|group| group.study).collect(),
+        };
+        studies.iter().flat_map(LoadedStudy::warnings).for_each(|warning| warn(&warning));
+        Ok(studies)
     }
 
     /// A study with what is set in it.
@@ -58,6 +72,13 @@ impl StudyOptions {
         self.load_other(&self.study)
     }
 
+    /// The same study with one more setting.
+    pub(crate) fn with(&self, setting: Option<String>) -> Self {
+        let mut with = self.clone();
+        with.set.extend(setting);
+        with
+    }
+
     /// Another study with what is set in this one.
     pub(crate) fn load_other(&self, study: &Path) -> Result<LoadedStudy, Failure> {
         self.files.load(study, &self.set)
@@ -83,6 +104,32 @@ impl RangeArguments {
     pub(crate) fn plan(self, threads: Option<usize>) -> Result<RunPlan, Failure> {
         check_range(self.first_cycle, self.cycles)?;
         Ok(RunPlan::new(self.seed, self.first_cycle, self.cycles, threads, None))
+    }
+}
+
+/// Trucks that make several trips.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct TruckOptions {
+    /// Number of trucks, in place of --cycles: each makes the study's `fleet.trips_per_truck`
+    /// trips, or --trips
+    #[arg(long, value_name = "N", conflicts_with = "cycles", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    pub(crate) trucks: Option<u64>,
+    /// Trips of each truck: sets `fleet.trips_per_truck` of the study
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_TRIPS))]
+    pub(crate) trips: Option<u64>,
+}
+
+impl TruckOptions {
+    /// The setting that a study has by them.
+    pub(crate) fn setting(self) -> Option<String> {
+        self.trips.map(|trips| format!("fleet.trips_per_truck={trips}"))
+    }
+
+    /// The cycles of so many trucks of a study; those of the range where no number was given.
+    pub(crate) fn range(self, range: RangeArguments, study: &LoadedStudy) -> RangeArguments {
+        let each = study.model.fleet.trips_per_truck.max(1);
+        let cycles = self.trucks.map_or(range.cycles, |trucks| trucks.saturating_mul(each));
+        RangeArguments { cycles, ..range }
     }
 }
 

@@ -1,6 +1,6 @@
 //! `ocmc cost`: what trips cost, and which of two studies costs less.
 
-use crate::arguments::{RangeArguments, StudyOptions, WorkOptions};
+use crate::arguments::{RangeArguments, StudyOptions, TruckOptions, WorkOptions};
 use crate::failure::Failure;
 use clap::Args;
 use ocmc_api::CostRequest;
@@ -22,14 +22,18 @@ pub(crate) struct CostArguments {
     #[command(flatten)]
     range: RangeArguments,
     #[command(flatten)]
+    fleet: TruckOptions,
+    #[command(flatten)]
     work: WorkOptions,
 }
 
 /// Costs the studies and prints what they cost.
 pub(crate) fn cost(arguments: &CostArguments) -> Result<(), Failure> {
-    let CostArguments { study, against, range, work } = arguments;
+    let CostArguments { study, against, range, fleet, work } = arguments;
+    let study = study.with(fleet.setting());
     let a = study.load()?;
     let b = against.as_ref().map(|other| study.load_other(other)).transpose()?;
+    let range = fleet.range(*range, &a);
     let against = b.as_ref().map(|b| (b.origin.to_string(), b));
     let study = (a.origin.to_string(), &a);
     let request = CostRequest { study, against, plan: range.plan(work.threads)? };

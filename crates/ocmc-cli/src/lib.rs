@@ -88,6 +88,80 @@ Examples:
 Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 128 + N stopped by
 signal N.";
 
+/// The sub-commands by what a person wants of them, in the order of the help.
+const GROUPS: [(&str, &[&str]); 4] = [
+    (
+        "Ask",
+        &[
+            "drive",
+            "compare",
+            "sensitivity",
+            "doubt",
+            "cost",
+            "range",
+            "size",
+            "bound",
+            "training",
+            "trace",
+            "vecto",
+        ],
+    ),
+    ("Describe", &["study", "cycle", "road"]),
+    (
+        "Measure",
+        &[
+            "learn",
+            "benchmark",
+            "calibrate",
+            "fit",
+            "curves",
+            "identify",
+            "validate",
+            "simulator-study",
+        ],
+    ),
+    ("Keep", &["report", "merge", "verify", "completions", "man"]),
+];
+
+/// The command, with its sub-commands in groups.
+fn command() -> clap::Command {
+    let command = Arguments::command();
+    let about = |name: &str| {
+        let found = command.find_subcommand(name).and_then(clap::Command::get_about);
+        found.map(ToString::to_string).unwrap_or_default()
+    };
+    let mut groups = String::new();
+    for (group, names) in GROUPS {
+        groups += &format!("{group}:\n");
+        for name in names {
+            let text = textwrap_at(&about(name), 80 - INDENT);
+            groups += &format!("  {name:<width$}{text}\n", width = INDENT - 2);
+        }
+        groups.push('\n');
+    }
+    let template = format!(
+        "{{before-help}}{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}{{after-help}}"
+    );
+    command.help_template(template)
+}
+
+/// Columns in front of what a sub-command does.
+const INDENT: usize = 19;
+
+/// A text in lines of that width, each but the first behind the indent.
+fn textwrap_at(text: &str, width: usize) -> String {
+    let (mut lines, mut line) = (Vec::new(), String::new());
+    for word in text.split_whitespace() {
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
+            lines.push(std::mem::take(&mut line));
+        }
+        line += if line.is_empty() { "" } else { " " };
+        line += word;
+    }
+    lines.push(line);
+    lines.join(&format!("\n{:INDENT$}", ""))
+}
+
 /// The sub-commands.
 #[derive(Clone, Debug, Subcommand)]
 enum Command {
@@ -221,7 +295,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
 fn parsed(
     arguments: impl IntoIterator<Item = OsString>,
 ) -> Result<(Arguments, Vec<String>), clap::Error> {
-    let mut matches = Arguments::command().try_get_matches_from(arguments)?;
+    let mut matches = command().try_get_matches_from(arguments)?;
     let mut path = Vec::new();
     let mut here = &matches;
     while let Some((name, below)) = here.subcommand() {

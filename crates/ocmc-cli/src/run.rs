@@ -1,21 +1,24 @@
 //! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints
 //! what its fleet adds up to.
 
-use crate::arguments::{FileOptions, MOST_TRIPS, check_range, one_of, whole_number};
+use crate::arguments::{FileOptions, TruckOptions, check_range, one_of, whole_number};
 use crate::failure::Failure;
 use crate::output::{self, warn};
-use crate::progress::{busy, kept};
+use crate::progress::{busy, kept, watched};
 use clap::Args;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
-use ocmc_api::study::Files;
+use ocmc_api::study::{self, Files, FleetGroup, Given, Opened};
 use ocmc_api::{
     Answer, Asked, CpuLevel, DRAWS, Draw, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep,
-    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RUN_FORMATS,
-    RecordFormat, Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd, RunFormat, RunRequest,
-    SUMMARY, WORKBOOK, check_cycles, directory_of, mappings, note_report, precision,
-    stored_workbook,
+    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, MixedFleetRequest, Precision,
+    REPORT, RUN_FORMATS, RecordFormat, Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd,
+    RunFormat, RunRequest, SUMMARY, WORKBOOK, check_cycles, directory_of, mappings, note_report,
+    precision, stored_workbook,
 };
 use std::path::{Path, PathBuf};
+
+/// File of the answer of a fleet of groups.
+const FLEET: &str = "fleet.json";
 
 /// Most cycles that can be driven at a time by a thread: their records wait in memory.
 const LARGEST_CHUNK: u64 = 65_536;
@@ -35,13 +38,8 @@ pub(crate) struct RunArguments {
     /// Number of cycles [default: 1000]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
     cycles: Option<u64>,
-    /// Number of trucks, in place of --cycles: each makes the study's `fleet.trips_per_truck`
-    /// trips, or --trips
-    #[arg(long, value_name = "N", conflicts_with = "cycles", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
-    trucks: Option<u64>,
-    /// Trips of each truck: sets `fleet.trips_per_truck` of the study
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_TRIPS))]
-    trips: Option<u64>,
+    #[command(flatten)]
+    fleet: TruckOptions,
     /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative
     /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number, and
     /// 1000000 unless it is given
@@ -157,24 +155,34 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 
 /// As [`run`], with what is given to be driven.
 fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure> {
-    let RunArguments { seed, first_cycle, cycles, trucks, threads, chunk, .. } = *arguments;
-    let RunArguments { quiet, json, trips, .. } = *arguments;
+    let RunArguments { seed, first_cycle, cycles, fleet, threads, chunk, .. } = *arguments;
+    let RunArguments { quiet, json, .. } = *arguments;
     let has_workbook = arguments.format == Some(RunFormat::Workbook);
     let format = arguments.format.and_then(RunFormat::records);
     let level = level(arguments.cpu_level)?;
     let mut sets = arguments.set.clone();
-    sets.extend(trips.map(|trips| format!("fleet.trips_per_truck={trips}")));
-    let (study, sets) = (arguments.study.as_deref(), &sets[..]);
+    sets.extend(fleet.setting());
     let precision = arguments.precision.clone();
     let files = arguments.files.files();
+    let opened = arguments
+        .study
+        .as_deref()
+        .map(|study| study::open_all(&Given::Named(study), &files, &sets).map_err(Error::from));
+    let loaded = match opened.transpose()? {
+        None => None,
+        Some(Opened::Study(study)) => Some(study),
+        Some(Opened::Fleet(groups)) => return run_fleet(arguments, &groups, given),
+    };
+    // what was set is in the study that was read
+    let sets = if loaded.is_some() { &[] } else { &sets[..] };
     let asked = Asked {
-        study,
+        loaded: loaded.as_deref(),
         files,
         sets,
         seed,
         first_cycle,
         cycles,
-        trucks,
+        trucks: fleet.trucks,
         precision,
         format,
         ..Asked::default()
@@ -222,6 +230,65 @@ fn check_workbook(has_workbook: bool, cycles: u64) -> Result<(), Failure> {
         return Ok(());
     }
     check_cycles(cycles).map_err(|error| Failure::Usage(format!("--format xlsx: {error}")))
+}
+
+/// Drives the groups of a fleet, and prints what they add up to.
+fn run_fleet(
+    arguments: &RunArguments,
+    groups: &[FleetGroup],
+    given: &GivenDrive,
+) -> Result<(), Failure> {
+    let RunArguments { cycles, first_cycle, precision, fleet, chunk, .. } = arguments;
+    let of_groups = "the study has groups, `[[fleet.group]]`, which say it";
+    for (name, given) in [
+        ("--cycles", cycles.is_some()),
+        ("--trucks", fleet.trucks.is_some()),
+        ("--first-cycle", first_cycle.is_some()),
+        ("--precision", precision.is_some()),
+        ("--chunk", chunk.is_some()),
+        ("drive", !given.is_nothing()),
+    ] {
+        if given {
+            let text = format!(
+                "{name} does not go with this study: {of_groups}; one of them: \
+                 --set fleet.group={}",
+                groups[0].name
+            );
+            return Err(Failure::Usage(text));
+        }
+    }
+    for warning in groups.iter().flat_map(|group| group.study.warnings()) {
+        warn(&warning);
+    }
+    let RunArguments { seed, threads, format, quiet, json, .. } = *arguments;
+    let records = format.and_then(RunFormat::records).unwrap_or_default();
+    let out = arguments.out.clone().map(|path| (path, records));
+    let (seed, level) = (seed.unwrap_or(1), level(arguments.cpu_level)?);
+    let resume = arguments.resume;
+    let request = MixedFleetRequest { groups, seed, threads, level, out, resume };
+    let answer = watched(quiet, |watch| ocmc_api::mixed_fleet(&request, watch))?;
+    output::print(&answer, json)?;
+    match &arguments.out {
+        Some(path) => {
+            output::write(&path.join(FLEET), answer.to_indented_json())?;
+            for group in groups.iter().filter(|_| format == Some(RunFormat::Workbook)) {
+                let directory = &path.join(&group.name);
+                busy(quiet, "writing the workbook", || stored_workbook(directory, None))?;
+            }
+            if !quiet && !json {
+                let shown = path.display();
+                output::note(&format!(
+                    "Written: `{shown}`, a folder of each group's run, and `{FLEET}`."
+                ));
+            }
+        }
+        None if quiet || json => {}
+        None => output::note(&format!(
+            "More: --out DIR keeps each group's run; --set fleet.group={} answers one in full.",
+            shell_word(Path::new(&groups[0].name))
+        )),
+    }
+    Ok(())
 }
 
 /// The instructions to use.

@@ -119,9 +119,13 @@ pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
         }
         StudyCommand::Init { file, base } => init(file, base.as_deref()),
         StudyCommand::Check { study } => {
-            let LoadedStudy { origin, model, .. } = study.load()?;
-            let (name, hash) = (&model.study.name, study::study_hash(&model));
-            output::answer(&format!("{origin}: a valid study, `{name}`, hash {hash}\n"))
+            for LoadedStudy { origin, model, .. } in
+                study.files.load_all(&study.study, &study.set)?
+            {
+                let (name, hash) = (&model.study.name, study::study_hash(&model));
+                output::answer(&format!("{origin}: a valid study, `{name}`, hash {hash}\n"))?;
+            }
+            Ok(())
         }
         StudyCommand::Diff { a, b, files, json } => {
             let load = |path: &PathBuf| files.load(path, &[]);

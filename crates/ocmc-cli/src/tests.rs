@@ -2,7 +2,7 @@
 //!
 //! `OCMC_WRITE_DOCS=1 cargo test -p ocmc-cli reference` writes its regions anew.
 
-use crate::Arguments;
+use crate::{Arguments, GROUPS, command};
 use clap::{Arg, Command, CommandFactory};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -133,4 +133,18 @@ fn the_reference_page_is_made_from_the_definitions() {
     }
     let written = std::fs::read_to_string(&path).expect("the page");
     assert_eq!(written, new, "`OCMC_WRITE_DOCS=1 cargo test -p ocmc-cli reference` writes it anew");
+}
+
+#[test]
+fn each_command_is_in_one_group_of_the_help() {
+    let grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| *names).copied().collect();
+    let program = Arguments::command();
+    for command in program.get_subcommands() {
+        let times = grouped.iter().filter(|name| **name == command.get_name()).count();
+        assert_eq!(times, 1, "{}", command.get_name());
+    }
+    assert_eq!(grouped.len(), program.get_subcommands().count());
+    let help = command().render_help().to_string();
+    assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
+    assert!(help.contains("Ask:\n  drive") && help.contains("--cycles"), "{help}");
 }

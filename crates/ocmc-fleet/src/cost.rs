@@ -12,17 +12,53 @@
 use super::clustering::Clusters;
 use super::dependence::Dependence;
 use super::quantile::quantile;
+use super::truck_year::Total;
 use super::variance_share::Outputs;
+use ocmc_core::cost::CostModel;
 use ocmc_core::cost::costing::{Costing, Input, Trip};
 use ocmc_core::cost::emissions::TripEmissions;
 use ocmc_core::cost::item::Item;
 use ocmc_core::cost::levelised::{Levelised, Money};
 use ocmc_core::cost::state::State;
+use ocmc_core::record::Record;
+use ocmc_core::study::StudyModel;
+use ocmc_core::vehicle::VehicleModel;
 use serde::Serialize;
 
 /// States of the world that are drawn where a price is a law: a probability of one half has a
 /// standard error of 0.8 % then. Judgement.
 pub const STATES: u64 = 4096;
+
+/// Prices of the trips of a study, at their centres.
+#[derive(Clone, Debug)]
+pub struct TripPrices {
+    costing: Costing,
+    central: Levelised,
+}
+
+impl TripPrices {
+    /// Those of a study; none where it has none.
+    pub fn of(study: &StudyModel) -> Option<Self> {
+        Some(Self::new(study.cost.as_ref()?, &study.vehicle))
+    }
+
+    /// Those of such trucks.
+    pub fn new(cost: &CostModel, vehicle: &VehicleModel) -> Self {
+        let costing = Costing::of(cost, vehicle);
+        let central = Levelised::of(&costing, &State::central(&costing));
+        Self { costing, central }
+    }
+
+    /// Code of the currency.
+    pub fn currency(&self) -> &str {
+        &self.costing.currency
+    }
+
+    /// Cost of a trip with its share of the truck; none of one that stalled or timed out.
+    pub fn cost(&self, record: &Record) -> Option<f64> {
+        Some(self.central.cost(&self.costing.trip(record)?))
+    }
+}
 
 /// An item of the cost, or all of it, in the currency of the study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -31,6 +67,8 @@ pub struct ItemCost {
     pub item: &'static str,
     /// Of the mean trip.
     pub per_trip: f64,
+    /// Of all trips that were driven.
+    pub all_trips: f64,
     /// Over distance, in 1/km.
     pub per_km: f64,
     /// 95 % interval over the trips that were drawn.
@@ -43,6 +81,17 @@ pub struct ItemCost {
     pub whole_life: Option<f64>,
     /// Of a truck over its whole life, as it is paid; none without a life.
     pub whole_life_paid: Option<f64>,
+}
+
+/// Cost of a fleet of trucks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FleetOfTrucks {
+    /// Trucks.
+    pub trucks: u64,
+    /// Trips that each of them makes.
+    pub trips_per_truck: u64,
+    /// What all of them cost, and where another fleet of as many lies.
+    pub cost: Total,
 }
 
 /// How the total differs between states of the world.
@@ -115,6 +164,9 @@ pub struct FleetCost {
     pub trips: u64,
     /// Trips that were not.
     pub failed: u64,
+    /// What trucks that make several trips cost in all of them; none where each trip has its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<FleetOfTrucks>,
     /// Mean distance of a trip, in km.
     pub km_per_trip: f64,
     /// Mean payload over distance, in t.
@@ -182,7 +234,17 @@ impl FleetCost {
         let items = Item::ALL.into_iter().filter(present);
         let items = items.map(|item| fleet.item(&central, Some(item))).collect();
         let total = fleet.item(&central, None);
-        let over_trips = trips.iter().map(|trip| central.cost(trip)).collect();
+        let of_trips: Vec<(u64, f64)> =
+            trips.iter().map(|trip| (trip.cycle_id, central.cost(trip))).collect();
+        let trips_per_truck = dependence.trips_per_truck;
+        let of_truck =
+            |a: &Trip, b: &Trip| a.cycle_id / trips_per_truck == b.cycle_id / trips_per_truck;
+        let of_trucks = dependence.has_trucks().then(|| FleetOfTrucks {
+            trucks: trips.chunk_by(of_truck).count() as u64,
+            trips_per_truck,
+            cost: Total::of_trips(&of_trips, &fleet.clusters, dependence),
+        });
+        let over_trips = of_trips.into_iter().map(|(_, cost)| cost).collect();
         let uncertain: Vec<&Input> =
             costing.inputs.iter().filter(|input| input.is_uncertain()).collect();
         let spread = if uncertain.is_empty() { None } else { fleet.spread(seed) };
@@ -194,6 +256,7 @@ impl FleetCost {
             currency: costing.currency.clone(),
             trips: trips.len() as u64,
             failed,
+            fleet: of_trucks,
             km_per_trip: fleet.all.km / fleet.trips,
             mean_payload_t: fleet.all.tkm / fleet.all.km,
             items,
@@ -244,6 +307,7 @@ impl Fleet<'_> {
         ItemCost {
             item: item.map_or("total", Item::name),
             per_trip: cost(&self.all) / self.trips,
+            all_trips: cost(&self.all),
             per_km: per_km.ratio,
             per_km_ci95: per_km.ci95,
             per_tkm: (tkm > 0.0).then(|| cost(&self.all) / tkm),

@@ -4,6 +4,7 @@
 use super::adjustment::{Adjusted, Adjuster, Adjustment};
 use super::charging::ChargingSummary;
 use super::clustering::Clusters;
+use super::cost::TripPrices;
 use super::dependence::Dependence;
 use super::load::{LoadBuilder, LoadCurves};
 pub use super::outcomes::Outcomes;
@@ -206,6 +207,8 @@ pub struct SummaryBuilder {
     dependence: Dependence,
     /// Months and years of trucks, where they make several trips.
     trucks: TruckYearBuilder,
+    /// Prices of the trips; none where the study has none, or is not known.
+    prices: Option<TripPrices>,
     charging: ChargingSummary,
     loads: LoadBuilder,
     truck_arrivals: TruckArrivalBuilder,
@@ -231,7 +234,14 @@ impl SummaryBuilder {
     /// For the cycles of a study under a seed, adjusted by what they are expected to have.
     pub fn of(study: &Arc<Study>, seed: u64) -> Self {
         let adjuster = Adjuster::new(Arc::clone(study), seed);
-        Self { adjuster, ..Self::new(Dependence::of(study.model(), seed)) }
+        let fleet = Self::new(Dependence::of(study.model(), seed));
+        Self { adjuster, ..fleet.priced(TripPrices::of(study.model())) }
+    }
+
+    /// The same cycles with prices.
+    #[must_use]
+    pub fn priced(self, prices: Option<TripPrices>) -> Self {
+        Self { prices, ..self }
     }
 
     /// The same cycles with plain means alone, which are there at once.
@@ -252,7 +262,8 @@ impl SummaryBuilder {
             self.charging.add(record);
             self.loads.add(record, &self.dependence);
             if self.dependence.has_trucks() {
-                self.trucks.add(record, self.dependence);
+                let cost = self.prices.as_ref().and_then(|prices| prices.cost(record));
+                self.trucks.add(record, cost, self.dependence);
                 self.truck_arrivals.add(record, &self.dependence);
             }
             if let Some(adjuster) = &mut self.adjuster {
@@ -338,7 +349,8 @@ impl SummaryBuilder {
         let trucks = std::mem::take(&mut self.trucks);
         let totals = |k: usize| self.totals(&QUANTITIES[k]).collect();
         let totals = TripTotals { clusters: &clusters, cycle_ids: &self.cycle_ids, of: &totals };
-        let trucks = trucks.finish(self.dependence, &totals);
+        let currency = self.prices.as_ref().map(TripPrices::currency);
+        let trucks = trucks.finish(self.dependence, &totals, currency);
         Summary {
             cycles: self.cycles,
             outcomes: self.outcomes,

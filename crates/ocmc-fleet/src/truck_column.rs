@@ -63,9 +63,20 @@ const FIELDS: [TruckColumn; 8] = [
     }),
 ];
 
-/// Carbon dioxide, behind the columns of the carriers.
-const CO2: TruckColumn =
-    field("co2_kg", "Carbon dioxide from burning the fuel, in kg", |t| Cell::Number(t.co2_kg));
+/// Greenhouse gases and cost, behind the columns of the carriers.
+const BEHIND: [TruckColumn; 3] = [
+    field("co2_kg", "Carbon dioxide from burning the fuel, in kg", |t| Cell::Number(t.co2_kg)),
+    field(
+        "well_to_wheel_kg",
+        "Greenhouse gases from the well to the wheel, in kg of CO2 equivalents",
+        |t| Cell::Number(t.well_to_wheel_kg),
+    ),
+    field(
+        "cost",
+        "Cost in the currency of the study, at the centres of its prices; null without prices",
+        |t| Cell::Number(t.cost),
+    ),
+];
 
 /// Columns of what was taken: of each carrier its amount, and that in the unit of sale where it is
 /// another one.
@@ -79,12 +90,12 @@ const TAKEN: usize = {
 };
 
 /// Columns before those of the quantities.
-const TOTALS: usize = FIELDS.len() + TAKEN + 1;
+const TOTALS: usize = FIELDS.len() + TAKEN + BEHIND.len();
 
 /// The columns of a table of truck-years: totals, then each quantity of the fleet as the truck's
 /// total over total.
 pub const TRUCK_COLUMNS: [TruckColumn; TOTALS + QUANTITIES.len()] = {
-    let mut all = [CO2; TOTALS + QUANTITIES.len()];
+    let mut all = [BEHIND[0]; TOTALS + QUANTITIES.len()];
     let mut k = 0;
     while k < FIELDS.len() {
         all[k] = FIELDS[k];
@@ -100,6 +111,11 @@ pub const TRUCK_COLUMNS: [TruckColumn; TOTALS + QUANTITIES.len()] = {
             k += 1;
         }
         carrier += 1;
+    }
+    let mut behind = 0;
+    while behind < BEHIND.len() {
+        all[k] = BEHIND[behind];
+        (k, behind) = (k + 1, behind + 1);
     }
     let mut quantity = 0;
     while quantity < QUANTITIES.len() {

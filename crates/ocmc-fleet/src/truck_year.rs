@@ -58,6 +58,10 @@ pub struct TruckTime {
     pub sold: [Option<f64>; Carrier::COUNT],
     /// Carbon dioxide from burning the fuel, in kg.
     pub co2_kg: Option<f64>,
+    /// Greenhouse gases from the well to the wheel, in kg of CO2 equivalents.
+    pub well_to_wheel_kg: Option<f64>,
+    /// Cost in the currency of the study, at the centres of its prices.
+    pub cost: Option<f64>,
     /// Trips in the totals.
     n_counted: u64,
     /// Both totals of each quantity's mean.
@@ -67,7 +71,7 @@ pub struct TruckTime {
 }
 
 impl TruckTime {
-    fn add(&mut self, record: &Record) {
+    fn add(&mut self, record: &Record, cost: Option<f64>) {
         let completed = record.outcome == Outcome::Completed;
         self.n_trips += u64::from(completed);
         self.n_failed += u64::from(!completed);
@@ -87,7 +91,10 @@ impl TruckTime {
             let in_litres = consumption.map(|litres| litres * km / 100.0);
             add_known(&mut self.sold[k], if declared.sold.is_some() { in_litres } else { amount });
         }
-        add_known(&mut self.co2_kg, record.co2_g_per_km.map(|grams| grams * km / 1000.0));
+        let kg = |grams: Option<f64>| grams.map(|grams| grams * km / 1000.0);
+        add_known(&mut self.co2_kg, kg(record.co2_g_per_km));
+        add_known(&mut self.well_to_wheel_kg, kg(record.well_to_wheel_g_per_km));
+        add_known(&mut self.cost, cost);
         let consumption = CONSUMPTIONS.iter().find_map(|column| quantity(column)?.totals(record));
         if let Some((y, x)) = consumption {
             for (product, part) in self.products.iter_mut().zip([y * y, x * y, x * x]) {
@@ -167,17 +174,17 @@ pub(super) struct TripTotals<'a> {
 }
 
 impl SharedTrip {
-    fn of(record: &Record, places: [usize; 2]) -> Self {
+    fn of(record: &Record, cost: Option<f64>, places: [usize; 2]) -> Self {
         let mut time = TruckTime::default();
-        time.add(record);
+        time.add(record, cost);
         let amounts = Totals::amounts(&time).map(|amount| amount.unwrap_or(f64::NAN));
         Self { places, amounts }
     }
 }
 
 impl TruckYearBuilder {
-    /// Adds the next trip.
-    pub fn add(&mut self, record: &Record, dependence: Dependence) {
+    /// Adds the next trip, and what it cost.
+    pub fn add(&mut self, record: &Record, cost: Option<f64>, dependence: Dependence) {
         let trips = dependence.trips_per_truck;
         let (truck_id, trip) = (record.cycle_id / trips, record.cycle_id % trips);
         let year = dependence.days.map_or(0, |days| days.day_of(trip) / DAYS_OF_YEAR);
@@ -195,10 +202,10 @@ impl TruckYearBuilder {
                 0
             });
             *place = times.len() - 1 - before;
-            times[*place].add(record);
+            times[*place].add(record, cost);
         }
         if dependence.is_shared() && record.outcome.counts() {
-            self.trips.push(SharedTrip::of(record, places));
+            self.trips.push(SharedTrip::of(record, cost, places));
         }
         let value = CONSUMPTIONS.iter().find_map(|column| quantity(column)?.of_cycle(record));
         if let Some(value) = value {
@@ -214,6 +221,7 @@ impl TruckYearBuilder {
         self,
         dependence: Dependence,
         totals: &TripTotals,
+        currency: Option<&str>,
     ) -> Option<TruckSummary> {
         let trucks = self.years.iter().map(|time| time.truck_id);
         let mut trucks: Vec<u64> = trucks.collect();
@@ -257,6 +265,7 @@ impl TruckYearBuilder {
             truck_months,
             truck_years,
             totals,
+            currency: currency.map(str::to_owned),
             components,
             by_month: by_month(&self.months),
             note: SHARED[usize::from(dependence.pool.is_some())]
@@ -343,6 +352,9 @@ pub struct TruckSummary {
     /// Totals of the fleet's year.
     #[serde(rename = "fleet_year")]
     pub totals: Totals,
+    /// Currency of the cost; none of a study without prices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub currency: Option<String>,
     /// How the consumption of trips is spread; none without two trucks and two trips of one.
     pub components: Option<Components>,
     /// The fleet's consumption in each month of the year, total over total; none where no trip is.
@@ -376,6 +388,10 @@ pub struct Totals {
     pub sold: [Option<Total>; Carrier::COUNT],
     /// Carbon dioxide from burning the fuel, in kg.
     pub co2_kg: Option<Total>,
+    /// Greenhouse gases from the well to the wheel, in kg of CO2 equivalents.
+    pub well_to_wheel_kg: Option<Total>,
+    /// Cost in the currency of the study, at the centres of its prices.
+    pub cost: Option<Total>,
 }
 
 /// One total of the fleet's year.
@@ -387,6 +403,45 @@ pub struct Total {
     pub prediction95: Option<[f64; 2]>,
 }
 
+impl Total {
+    /// Sum of the totals of trucks. `shared` tells how sure it is where trucks share drivers or
+    /// days.
+    fn of_trucks(totals: &[f64], shared: Option<Option<Error>>) -> Self {
+        let n = totals.len() as f64;
+        let total: f64 = totals.iter().sum();
+        let mean = total / n;
+        let squares: f64 = totals.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let by_trucks = || {
+            let sd = libm::sqrt(squares / (n - 1.0));
+            student_975(n - 1.0) * sd * libm::sqrt(2.0 * n)
+        };
+        let far = match shared {
+            Some(shared) => shared.map(|error| libm::sqrt(2.0) * error.half_width()),
+            None => (totals.len() > 1).then(by_trucks),
+        };
+        Self { total, prediction95: far.map(|far| [total - far, total + far]) }
+    }
+
+    /// Total of trips, (cycle id, amount) in the order of their ids, of trucks that make several.
+    pub(super) fn of_trips(
+        trips: &[(u64, f64)],
+        clusters: &Clusters,
+        dependence: Dependence,
+    ) -> Self {
+        let truck = |id: u64| id / dependence.trips_per_truck;
+        let by_truck: Vec<_> = trips.chunk_by(|a, b| truck(a.0) == truck(b.0)).collect();
+        let amount = |trips: &&[(u64, f64)]| trips.iter().map(|(_, amount)| amount).sum();
+        let totals: Vec<f64> = by_truck.iter().map(amount).collect();
+        let of_truck = totals.iter().sum::<f64>() / totals.len() as f64;
+        let influences = by_truck.iter().flat_map(|trips| {
+            let each = of_truck / trips.len() as f64;
+            trips.iter().map(move |(id, amount)| (*id, amount - each))
+        });
+        let shared = dependence.is_shared().then(|| clusters.spread(influences));
+        Self::of_trucks(&totals, shared)
+    }
+}
+
 impl Serialize for Totals {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
@@ -396,18 +451,23 @@ impl Serialize for Totals {
             map.serialize_entry(declared.sold().name, total)?;
         }
         map.serialize_entry("co2_kg", &self.co2_kg)?;
+        map.serialize_entry("well_to_wheel_kg", &self.well_to_wheel_kg)?;
+        if self.cost.is_some() {
+            map.serialize_entry("cost", &self.cost)?;
+        }
         map.end()
     }
 }
 
 impl Totals {
     /// The totals.
-    const COUNT: usize = 3 + Carrier::COUNT;
+    const COUNT: usize = 5 + Carrier::COUNT;
 
-    /// Those of a truck: distance, duration, carbon dioxide, then what it took.
+    /// Those of a truck: distance, duration, greenhouse gases, cost, then what it took.
     fn amounts(time: &TruckTime) -> [Option<f64>; Self::COUNT] {
         let mut amounts = [None; Self::COUNT];
-        let common = [Some(time.distance_m), Some(time.duration_s), time.co2_kg];
+        let (way_m, time_s) = (Some(time.distance_m), Some(time.duration_s));
+        let common = [way_m, time_s, time.co2_kg, time.well_to_wheel_kg, time.cost];
         for (amount, value) in amounts.iter_mut().zip(common.iter().chain(&time.sold)) {
             *amount = *value;
         }
@@ -430,25 +490,17 @@ impl Totals {
                     _ => totals.push((time.truck_id, value)),
                 }
             }
-            let n = totals.len() as f64;
             let total: f64 = totals.iter().map(|(_, value)| value).sum();
-            let mean = total / n;
-            let squares: f64 = totals.iter().map(|(_, x)| (x - mean) * (x - mean)).sum();
-            let by_trucks = || {
-                let sd = libm::sqrt(squares / (n - 1.0));
-                student_975(n - 1.0) * sd * libm::sqrt(2.0 * n)
-            };
-            let far = match error(k, total) {
-                Some(shared) => shared.map(|error| libm::sqrt(2.0) * error.half_width()),
-                None => (totals.len() > 1).then(by_trucks),
-            };
-            Some(Total { total, prediction95: far.map(|far| [total - far, total + far]) })
+            let totals: Vec<f64> = totals.into_iter().map(|(_, value)| value).collect();
+            Some(Total::of_trucks(&totals, error(k, total)))
         };
         Self {
             distance_m: of(0),
             duration_s: of(1),
             co2_kg: of(2),
-            sold: std::array::from_fn(|k| of(3 + k)),
+            well_to_wheel_kg: of(3),
+            cost: of(4),
+            sold: std::array::from_fn(|k| of(5 + k)),
         }
     }
 }

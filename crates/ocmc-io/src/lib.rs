@@ -7,6 +7,7 @@ pub mod drive_cycle;
 pub mod export;
 pub mod file_error;
 pub mod fleet_table;
+pub mod fleet_total;
 pub mod given_cycle;
 pub mod given_drive;
 mod input_file;

@@ -17,6 +17,29 @@ pub(crate) fn plan_of(
     threads: Option<&Bound<PyAny>>,
 ) -> PyResult<RunPlan> {
     let cycles = whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?;
+    plan_of_number(cycles, seed, first_cycle, threads)
+}
+
+/// As [`plan_of`], of so many cycles, or of a study's trucks.
+pub(crate) fn plan_of_trucks(
+    study: &LoadedStudy,
+    cycles: Option<&Bound<PyAny>>,
+    trucks: Option<&Bound<PyAny>>,
+    seed: Option<&Bound<PyAny>>,
+    first_cycle: Option<&Bound<PyAny>>,
+    threads: Option<&Bound<PyAny>>,
+) -> PyResult<RunPlan> {
+    let of_truck = study.study.nesting().trips_per_truck;
+    let cycles = number_of_cycles(cycles, trucks, of_truck, false)?.unwrap_or_default();
+    plan_of_number(cycles, seed, first_cycle, threads)
+}
+
+fn plan_of_number(
+    cycles: u64,
+    seed: Option<&Bound<PyAny>>,
+    first_cycle: Option<&Bound<PyAny>>,
+    threads: Option<&Bound<PyAny>>,
+) -> PyResult<RunPlan> {
     let seed = seed_of(seed)?;
     let last = LAST_CYCLE_ID - cycles;
     let first_cycle = first_cycle.map_or(Ok(0), |id| whole_number(id, "first_cycle", 0, last))?;

@@ -15,7 +15,7 @@ use crate::table::Table;
 use crate::value::{inner_share, one_of, one_or_more, whole_number};
 use ocmc_api::study::{self, Files};
 use ocmc_api::{
-    Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, DoubtRequest, FORMATS, GivenDrive,
+    Asked, BirdsEyeRequest, BoundRequest, CpuLevel, DoubtRequest, FORMATS, GivenDrive,
     LAST_CYCLE_ID, OVERS, RangeRequest, SEASONS, SensitivityRequest, SizeRequest, TrainingRequest,
     check_empty,
 };
@@ -608,8 +608,13 @@ impl PyStudy {
     ///
     /// Parameters
     /// ----------
-    /// cycles : int
-    ///     Number of cycles that each study drives, at least 1.
+    /// cycles : int, optional
+    ///     Number of cycles that each study drives, at least 1; or `trucks`.
+    /// trucks : int, optional
+    ///     Number of trucks, in place of `cycles`: each makes the study's
+    ///     ``fleet.trips_per_truck`` trips, or `trips`.
+    /// trips : int, optional
+    ///     Trips of each truck: sets ``fleet.trips_per_truck``.
     /// against : Study, optional
     ///     The study B that this one, A, is compared with.
     /// seed : int
@@ -625,7 +630,8 @@ impl PyStudy {
     /// -------
     /// Answer
     ///     The content of ``ocmc cost --json``, in the study's currency: ``items`` and ``total`` with
-    ///     their costs ``per_trip``, ``per_km``, ``per_tkm``, ``per_a`` (year) and ``whole_life``;
+    ///     their costs ``per_trip``, ``all_trips``, ``per_km``, ``per_tkm``, ``per_a`` (year)
+    ///     and ``whole_life``; ``fleet``, the cost of trucks that make several trips;
     ///     ``spread`` over states of the world; ``inputs``, the shares of its variance;
     ///     ``emissions``. With `against` these of ``a`` and of ``b``, and their ``difference``.
     ///
@@ -645,23 +651,24 @@ impl PyStudy {
     /// >>> [item["item"] for item in answer["items"]]
     /// ['fuel', 'driver']
     #[pyo3(
-        signature = (*, cycles, against=None, seed=None, first_cycle=None, threads=None, progress=None),
-        text_signature = "($self, *, cycles, against=None, seed=1, first_cycle=0, threads=None, progress=None)"
+        signature = (*, cycles=None, trucks=None, trips=None, against=None, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles=None, trucks=None, trips=None, against=None, seed=1, first_cycle=0, threads=None, \
+                          progress=None)"
     )]
     fn cost<'py>(
         &self,
         py: Python<'py>,
-        cycles: &Bound<'py, PyAny>,
+        cycles: Option<&Bound<'py, PyAny>>,
+        trucks: Option<&Bound<'py, PyAny>>,
+        trips: Option<&Bound<'py, PyAny>>,
         against: Option<&Bound<'py, Self>>,
         seed: Option<&Bound<'py, PyAny>>,
         first_cycle: Option<&Bound<'py, PyAny>>,
         threads: Option<&Bound<'py, PyAny>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let against = against.map(|study| study.get().named());
-        let request = CostRequest { study: self.named(), against, plan };
-        answer(py, &watched(py, progress, |watch| ocmc_api::cost(&request, watch))?)
+        let of = (cycles, trucks, trips);
+        crate::cost::costed(py, self, against, of, (seed, first_cycle, threads), progress)
     }
 
     /// The worth of a year's training for the drivers who stand worst in a fleet's records, and how

@@ -3,7 +3,9 @@
 use crate::answer::warn;
 use crate::error::study_error;
 use crate::value::study_value;
-use ocmc_api::study::{self, BuiltIn, Files, Given, LoadedStudy, StudyFileError, StudyModel};
+use ocmc_api::study::{
+    self, BuiltIn, Files, Given, LoadedStudy, Opened, StudyFileError, StudyModel,
+};
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -66,17 +68,23 @@ impl PyStudy {
 
 /// A study by its name, its file or a dictionary.
 pub(crate) fn of_source(source: &Bound<PyAny>, allow_files: bool) -> PyResult<PyStudy> {
+    let opened = opened(source, allow_files)?;
+    PyStudy::new(opened.one())
+}
+
+/// As [`of_source`], of a study or of the groups of a fleet.
+pub(crate) fn opened(source: &Bound<PyAny>, allow_files: bool) -> PyResult<Opened> {
     let files = if allow_files { Files::here() } else { Files::Refused };
     if source.cast::<PyMapping>().is_ok() {
         let dictionary = study_value(source, "")?;
-        return PyStudy::new(study::open(&Given::Dictionary(&dictionary), &files, NO_SETTINGS));
+        let opened = study::open_all(&Given::Dictionary(&dictionary), &files, NO_SETTINGS);
+        return opened.map_err(study_error);
     }
     let path: PathBuf = source
         .extract()
         .map_err(|_| PyTypeError::new_err("a study is a built-in name, a path or a dictionary"))?;
-    let open = || study::open(&Given::Named(&path), &files, NO_SETTINGS);
-    let loaded = source.py().detach(open);
-    PyStudy::new(loaded)
+    let open = || study::open_all(&Given::Named(&path), &files, NO_SETTINGS);
+    source.py().detach(open).map_err(study_error)
 }
 
 /// The dictionary of a study's text.

@@ -75,7 +75,8 @@ impl CompareAnswer {
         written(directory, files)?;
         for (k, run) in self.kept.iter().enumerate() {
             let path = directory.join(letter(k));
-            let mut fleet = SummaryBuilder::new(run.manifest.dependence());
+            let mut fleet =
+                SummaryBuilder::new(run.manifest.dependence()).priced(run.manifest.prices());
             fleet.add(&run.records);
             let summary =
                 RunSummary::new(&run.manifest, fleet.finish(), run.wall_s, self.plan.threads);

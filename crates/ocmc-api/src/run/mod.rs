@@ -25,6 +25,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 pub use requeue::{Asked, RequeueRequest, requeue};
+pub(crate) use text::{WIDTH, judged};
 
 pub use ocmc_core::kernel::drive::cpu::CpuLevel;
 pub use ocmc_core::random::LAST_CYCLE_ID;
@@ -335,9 +336,6 @@ impl Serialize for RunAnswer {
         WithInputs { summary: &self.summary, inputs: &self.inputs }.serialize(serializer)
     }
 }
-
-/// Columns of a text where nothing is said of its width.
-const WIDTH: usize = 80;
 
 impl Answer for RunAnswer {
     fn text(&self) -> String {

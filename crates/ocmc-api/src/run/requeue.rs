@@ -47,8 +47,10 @@ impl Asked<'_> {
     /// # Errors
     /// [`Error::Study`].
     pub fn load(&self) -> Result<LoadedStudy, Error> {
-        if let Some(loaded) = self.loaded {
-            return Ok(loaded.set(self.sets)?);
+        match self.loaded {
+            Some(loaded) if self.sets.is_empty() => return Ok(loaded.clone()),
+            Some(loaded) => return Ok(loaded.set(self.sets)?),
+            None => {}
         }
         let study = Given::Named(self.study.unwrap_or(Path::new("field-truck")));
         Ok(open(&study, &self.files, self.sets)?)

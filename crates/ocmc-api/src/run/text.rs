@@ -25,7 +25,7 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     let run = &answer.summary;
     let mut text = heading(answer, run) + &fleet(&run.summary) + &trucks(&run.summary);
     if run.summary.outcomes.counted() > 0 {
-        let table = summary_table(&run.summary) + &adjusted(&run.summary) + &judged(run);
+        let table = summary_table(&run.summary) + &adjusted(&run.summary) + &judged(run, WIDTH);
         let few = run.note.map_or_else(String::new, |note| format!("Intervals: {note}.\n"));
         let remarks: String =
             remarks(&run.summary).into_iter().map(|remark| remark + "\n").collect();
@@ -203,7 +203,7 @@ fn adjusted(summary: &Summary) -> String {
 }
 
 /// The effect of judged numbers on the mean.
-fn judged(run: &RunSummary) -> String {
+pub(crate) fn judged(run: &RunSummary, width: usize) -> String {
     let (Some(judged), Some(own)) = (&run.judged, run.summary.consumption()) else {
         return String::new();
     };
@@ -213,7 +213,7 @@ fn judged(run: &RunSummary) -> String {
             let about = if stored.is_same { "" } else { "about " };
             let half = two_digits(factor * plus_minus);
             let start = format!("{about}± {half} from judged numbers (");
-            let room = WIDTH - start.chars().count() - SEE.len();
+            let room = width.saturating_sub(start.chars().count() + SEE.len());
             let shares = stored.largest.iter().map(NumbersShare::words);
             format!("{start}{}{SEE}\n", as_many(&shares.collect::<Vec<_>>(), room))
         }
@@ -227,7 +227,7 @@ fn judged(run: &RunSummary) -> String {
 /// Behind the names of judged numbers.
 const SEE: &str = "): see ocmc doubt";
 /// Width of a line.
-const WIDTH: usize = 80;
+pub(crate) const WIDTH: usize = 80;
 
 /// Widths of the names, of the mean with its interval, of the spread and the quantiles, behind a
 /// space each.

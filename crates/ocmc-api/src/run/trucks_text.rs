@@ -2,11 +2,11 @@
 //! spread, and what of the spread of trips is between trucks.
 
 use super::text::table_over;
-use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_fleet::components::Components;
 use ocmc_fleet::summary::Summary;
 use ocmc_fleet::truck_arrivals::TruckArrivals;
-use ocmc_fleet::truck_year::{Total, TruckSummary};
+use ocmc_fleet::truck_year::TruckSummary;
+use ocmc_io::fleet_total::{FleetTotal, fleet_totals};
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
 use std::fmt::Write;
@@ -14,29 +14,18 @@ use std::fmt::Write;
 /// Totals of the fleet; nothing where each trip has a truck of its own.
 pub(super) fn fleet(summary: &Summary) -> String {
     let Some(trucks) = &summary.trucks else { return String::new() };
-    let TruckSummary { trucks: count, totals, .. } = trucks;
-    let taken = CARRIERS.iter().zip(totals.sold).map(|(declared, total)| {
-        let (unit, factor) = declared.total;
-        (declared.name, total, factor, unit)
-    });
-    let lines: Vec<(&str, Option<Total>, f64, &str)> = [
-        ("distance", totals.distance_m, 1e-3, "km"),
-        ("time", totals.duration_s, 1.0 / 3600.0, "h"),
-    ]
-    .into_iter()
-    .chain(taken)
-    .chain([("CO2", totals.co2_kg, 1e-3, "t")])
-    .collect();
-    let each = count_of(summary.cycles / (*count).max(1), "trip");
+    let each = count_of(summary.cycles / trucks.trucks.max(1), "trip");
     let mut text = format!(
         "\n{}, {each} each: totals ± where another fleet of as many would lie\n",
-        count_of(*count, "truck")
+        count_of(trucks.trucks, "truck")
     );
-    for (name, total, factor, unit) in lines {
-        let Some(Total { total, prediction95 }) = total else { continue };
-        let half = prediction95.map(|[low, high]| rough(factor * (high - low) / 2.0));
+    for FleetTotal { name, unit, factor, total } in fleet_totals(trucks) {
+        let half = total.prediction95.map(|[low, high]| rough(factor * (high - low) / 2.0));
         let half = half.map_or_else(String::new, |half| format!(" ± {half}"));
-        let _ = writeln!(text, "  {name:<11} {}{half} {unit}", rounded(factor * total));
+        let _ = writeln!(text, "  {name:<11} {}{half} {unit}", rounded(factor * total.total));
+    }
+    if trucks.currency.is_some() {
+        text += "The cost is that of the centres of the prices; `ocmc cost` has its items.\n";
     }
     text + &arrivals(summary)
 }

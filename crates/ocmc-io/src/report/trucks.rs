@@ -3,12 +3,12 @@
 
 use super::svg::{Scale, begin, label as words, levels, rounded_short};
 use super::tables::{cells, statistics, table};
+use crate::fleet_total::{FleetTotal, fleet_totals};
 use crate::label::label;
 use crate::number_text::{grouped, rounded};
-use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_fleet::statistic::Statistic;
 use ocmc_fleet::summary::Summary;
-use ocmc_fleet::truck_year::{Total, TruckSummary, TruckTime};
+use ocmc_fleet::truck_year::{TruckSummary, TruckTime};
 use std::fmt::Write;
 
 /// Most trucks that the picture shows; of more the picture has so many, evenly by rank.
@@ -133,27 +133,19 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
 
 /// Totals of the fleet.
 fn year(trucks: &TruckSummary) -> String {
-    let totals = &trucks.totals;
-    let taken = CARRIERS.iter().zip(totals.sold).map(|(declared, total)| {
-        let (unit, factor) = declared.total;
-        (format!("{}, {unit}", declared.name), total, factor)
-    });
-    let all = [
-        ("distance, km".to_owned(), totals.distance_m, 1e-3),
-        ("time, h".to_owned(), totals.duration_s, 1.0 / 3600.0),
-    ];
-    let all = all.into_iter().chain(taken);
-    let all = all.chain([("CO2 of the fuel, t".to_owned(), totals.co2_kg, 1e-3)]);
-    let rows = all.filter_map(|(name, total, factor)| {
-        let Total { total, prediction95 } = total?;
-        let other = prediction95.map_or("–".to_owned(), |[low, high]| {
+    let rows = fleet_totals(trucks).into_iter().map(|FleetTotal { name, unit, factor, total }| {
+        let other = total.prediction95.map_or("–".to_owned(), |[low, high]| {
             format!("{} to {}", rounded(factor * low), rounded(factor * high))
         });
-        Some(cells(&[name, rounded(factor * total), other]))
+        cells(&[format!("{name}, {unit}"), rounded(factor * total.total), other])
     });
+    let priced = trucks.currency.as_ref().map_or(
+        "",
+        |_| " The cost is that of the centres of the prices; <code>ocmc cost</code> has its items.",
+    );
     format!(
         "<p class=\"soft\">What these trips of the fleet add up to, and where that of another fleet of \
-         as many trucks lies in 95 of 100 cases.</p>\n{}",
+         as many trucks lies in 95 of 100 cases.{priced}</p>\n{}",
         table(&["quantity", "total", "another fleet"], rows)
     )
 }

@@ -35,11 +35,14 @@ use crate::trucks::{self, TRUCKS};
 use checksum::Checksums;
 use chunks::{Chunks, is_chunk};
 use durable::replace;
+use ocmc_core::cost::CostModel;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_core::record::Record;
 use ocmc_core::study::fleet::FleetModel;
 use ocmc_core::study::uncertainty::numbers_without_error;
+use ocmc_core::vehicle::VehicleModel;
+use ocmc_fleet::cost::TripPrices;
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::precision::Precision;
 use ocmc_fleet::run::RunPlan;
@@ -158,6 +161,13 @@ impl Manifest {
     pub fn routes(&self) -> Vec<RouteModel> {
         let routes = self.value("mission.routes");
         routes.and_then(|routes| routes.try_into().ok()).unwrap_or_default()
+    }
+
+    /// Prices of its study's trips; none where it has none.
+    pub fn prices(&self) -> Option<TripPrices> {
+        let cost: CostModel = self.value("cost")?.try_into().ok()?;
+        let vehicle: VehicleModel = self.value("vehicle")?.try_into().ok()?;
+        Some(TripPrices::new(&cost, &vehicle))
     }
 
     /// Which of the cycles depend on one another.

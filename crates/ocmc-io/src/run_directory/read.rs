@@ -77,7 +77,7 @@ pub fn read_groups(
     let manifest = ended(directory)?;
     let Measured { wall_s, threads, ended_at, parameter_uncertainty, mut statistics } =
         measured(directory)?;
-    let mut fleet = SummaryBuilder::new(manifest.dependence());
+    let mut fleet = SummaryBuilder::new(manifest.dependence()).priced(manifest.prices());
     read_records(directory, &manifest, |group| {
         fleet.add(&group.records);
         sink(group);

@@ -158,6 +158,9 @@ pub enum Cause {
         /// Longest chain.
         limit: usize,
     },
+    /// A fleet of several groups, where one study is asked for: their names.
+    #[error("the study is a fleet of groups ({0}), and the question is of one study")]
+    SeveralGroups(String),
     /// Tables within tables without end.
     #[error("tables are nested more than {0} deep")]
     TooDeep(usize),

@@ -20,6 +20,8 @@
 //! - `vehicle.base`: a built-in vehicle or a file with the keys of `[vehicle]`, instead of an
 //!   inherited vehicle.
 //!
+//! Groups of a fleet, `[[fleet.group]]`, are a study each: [`groups`].
+//!
 //! Settings (`--set key.path=VALUE`) win over the file; numbers in their path are places in a list,
 //! from 0.
 
@@ -32,6 +34,7 @@ mod fastsim;
 mod fault;
 mod files;
 mod fitted;
+mod groups;
 mod init;
 mod judged;
 mod judged_effect;
@@ -51,6 +54,7 @@ pub use difference::{KeyDifference, differences, differences_text};
 pub use error::{Cause, Fault, StudyFileError, nearest};
 pub use files::{Files, ForeignVehicle, VehicleReader};
 pub use fitted::{Estimate, FittedPart, StudyPart, fitted_study, study_of_parts};
+pub use groups::{FleetGroup, Opened};
 pub use init::init_text;
 use judged::Judged;
 pub use judged::{End, JudgedKey, JudgedNumbers, ReplacedNumber};
@@ -284,6 +288,18 @@ pub fn open<S: AsRef<str>>(
     files: &Files,
     sets: &[S],
 ) -> Result<LoadedStudy, StudyFileError> {
+    open_all(given, files, sets)?.one()
+}
+
+/// As [`open`], of a study or of all groups of a fleet.
+///
+/// # Errors
+/// As [`load`].
+pub fn open_all<S: AsRef<str>>(
+    given: &Given,
+    files: &Files,
+    sets: &[S],
+) -> Result<Opened, StudyFileError> {
     let (own, files, origin) = match *given {
         Given::Named(name) if name == Path::new(STANDARD_INPUT) => {
             let source = Arc::new(standard_input()?);
@@ -302,7 +318,7 @@ pub fn open<S: AsRef<str>>(
         }
         Given::Dictionary(tree) => (Node::from_json(tree)?, files.clone(), Origin::Dictionary),
     };
-    finish(own, files, sets, origin)
+    groups::open_groups(own, &files, sets, &origin)
 }
 
 /// Reads and checks the text of a study file that is called `name` in messages.
