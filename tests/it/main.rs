@@ -51,6 +51,7 @@ mod look_ahead;
 mod map_corners;
 mod merge;
 mod mission_parts;
+mod mistakes;
 mod mixed_fleet;
 mod noisy_routes;
 mod odd_inputs;

@@ -259,6 +259,10 @@ where
             let meant = meant(text)
                 .filter(|meant| T::try_from(*meant).is_ok_and(|number| allowed.contains(&number)));
             let hint = meant.map_or_else(String::new, |meant| format!("; type {meant}"));
+            // some part thousands by a point
+            let parted = text.split_once('.').filter(|(_, behind)| behind.len() == 3);
+            let parted = parted.filter(|_| !hint.is_empty());
+            let hint = hint + &parted.map_or_else(String::new, |(a, b)| format!(" or {a}{b}"));
             format!("allowed is a whole number from {} to {}{hint}", allowed.start(), allowed.end())
         })
     }

@@ -23,6 +23,9 @@ pub(crate) struct CycleArguments {
     /// output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// No hints: there are none here, and scripts give it to all commands
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// Draws one operating cycle and writes down its tracks.

@@ -240,9 +240,10 @@ enum Command {
 
 /// Runs the command with these arguments, the program's name first, and returns its exit status.
 pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
-    let (arguments, path) = match parsed(arguments) {
+    let typed: Vec<OsString> = arguments.into_iter().collect();
+    let (arguments, path) = match parsed(typed.iter().cloned()) {
         Ok(parsed) => parsed,
-        Err(answer) => return usage(&with_studies(answer)),
+        Err(answer) => return usage(&with_studies(answer, &typed)),
     };
     let done = match &arguments.command {
         None => run::run(&arguments.run),
@@ -306,15 +307,22 @@ fn parsed(
     Ok((arguments.map_err(|error| error.format(&mut Arguments::command()))?, path))
 }
 
+/// How a value of a study is set.
+const SETTING: &str = "a value of the study is set without blanks around the sign: --set KEY=5";
+
 /// Wrong usage, with the option of studies where the name of one was typed as a sub-command.
-fn with_studies(mut error: clap::Error) -> clap::Error {
+fn with_studies(mut error: clap::Error, all: &[OsString]) -> clap::Error {
     let typed = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(typed)) => typed.clone(),
         _ => return error,
     };
     let hint = match typed.as_str() {
-        "run" => Some("to run a study, type: ocmc --study NAME --cycles 1000"),
-        "=" => Some("a setting has no blanks around its sign: --set a=5"),
+        "run" | "simulate" | "start" => {
+            Some("to run a study, type: ocmc --study NAME --cycles 1000")
+        }
+        "=" => Some(SETTING),
+        _ if typed.contains('=') => Some(SETTING),
+        _ if all.iter().any(|word| word == "=") => Some(SETTING),
         _ => None,
     };
     if let Some(hint) = hint {

@@ -20,6 +20,10 @@ use std::path::{Path, PathBuf};
 /// File of the answer of a fleet of groups.
 const FLEET: &str = "fleet.json";
 
+/// What the study is that nobody asked for.
+const DEFAULT_STUDY: &str = "`field-truck` has trucks of the 40 t class with 28 t in the mean, on \
+    urban, rural and motorway roads. Others: --study long-haul, `ocmc study list`.";
+
 /// Most cycles that can be driven at a time by a thread: their records wait in memory.
 const LARGEST_CHUNK: u64 = 65_536;
 
@@ -219,7 +223,12 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
             output::note(&format!("`{}` was complete already: nothing was run.", path.display()));
         }
         _ if json => {}
-        (_, out) => output::note(&more(out, &answer, given)),
+        (_, out) => {
+            output::note(&more(out, &answer, given));
+            if arguments.study.is_none() && given.is_nothing() && !arguments.resume {
+                output::note(DEFAULT_STUDY);
+            }
+        }
     }
     Ok(())
 }

@@ -125,8 +125,8 @@ pub struct FactorShare {
 pub enum SensitivityError {
     /// Too few rows are complete.
     #[error(
-        "{} with `{column}` in every cycle{}; at least {LEAST_ROWS} are needed",
-        if *rows == 1 { "1 row".to_owned() } else { format!("{rows} rows") },
+        "{} with `{column}`, driven anew for each factor{}; at least {LEAST_ROWS} are needed",
+        if *rows == 1 { "1 cycle".to_owned() } else { format!("{rows} cycles") },
         if *dropped == 0 { String::new() } else { format!(", {dropped} without it in some") }
     )]
     TooFewRows {

@@ -286,6 +286,22 @@ pub(super) const NO_UNIT: &str =
 /// Likeness from which on a name is one with a typing error.
 const TYPING_ERROR: f64 = 0.75;
 
+/// Names that other people have for keys.
+const OTHER_NAMES: [(&str, &str); 12] = [
+    ("cd", "drag_area_m2"),
+    ("cda", "drag_area_m2"),
+    ("cdxa", "drag_area_m2"),
+    ("crr", "rolling_factor"),
+    ("rrc", "rolling_factor"),
+    ("weight", "curb_mass_kg"),
+    ("tare", "curb_mass_kg"),
+    ("load", "payload_kg"),
+    ("cargo", "payload_kg"),
+    ("distance", "length_m"),
+    ("range", "length_m"),
+    ("diesel", "fuel_per_l"),
+];
+
 /// The name that was probably meant.
 pub fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str> {
     // a comparison is quadratic in the length, and no name is long
@@ -293,9 +309,13 @@ pub fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str
     let likeness = |name: &str| strsim::normalized_damerau_levenshtein(&wrong, name);
     let likely = names.iter().map(|name| (likeness(name.as_ref()), name.as_ref()));
     let (likeness, likeliest) = likely.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let units = ["_kg", "_t", "_m", "_km", "_m2", "_kw", "_kmh"];
+    let stem = units.iter().find_map(|unit| wrong.strip_suffix(unit)).unwrap_or(&wrong);
+    let other = OTHER_NAMES.iter().find(|(other, _)| *other == stem);
+    let other = other.and_then(|(_, name)| names.iter().find(|known| known.as_ref() == *name));
     // `mass` is part of `curb_mass_kg`, and more like `class`
-    let is_part = |name: &&S| name.as_ref().split('_').any(|word| word == wrong);
-    let part = names.iter().find(is_part).map(AsRef::as_ref);
+    let is_part = |name: &&S| name.as_ref().split('_').any(|word| word == stem);
+    let part = other.or_else(|| names.iter().find(is_part)).map(AsRef::as_ref);
     let part = part.filter(|_| likeness < TYPING_ERROR);
     part.or_else(|| (likeness >= 0.5).then_some(likeliest))
 }

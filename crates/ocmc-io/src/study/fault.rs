@@ -155,6 +155,9 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
     match steps.as_slice() {
         [Step::Key(table), _] if table == "charging" => fault
             .help(format!("what a charging plan needs: {}", required_of(root, table).join(", "))),
+        [Step::Key(table), Step::Key(key)] if table == "cost" && key == "currency" => {
+            fault.help("the code of the currency of all prices: cost.currency = \"EUR\"")
+        }
         [_] => fault.help("`study.base = \"field-truck\"` inherits what a study does not say"),
         [Step::Key(table), _] if table == "vehicle" => {
             fault.help("`vehicle.base = \"tractor-40t\"` inherits what a vehicle does not say")

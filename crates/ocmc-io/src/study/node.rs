@@ -282,7 +282,9 @@ impl Text<'_> {
         let digit = |letter: Option<char>| letter.is_some_and(|letter| letter.is_ascii_digit());
         // the place of a number with its unit behind it is its first digit, or what follows the
         // last
-        let word: String = after.chars().take_while(|letter| letter.is_alphanumeric()).collect();
+        let in_word = |letter: &char| letter.is_alphanumeric() || matches!(letter, ' ' | '.');
+        let word: String = after.chars().take_while(in_word).collect();
+        let word = word.trim();
         let mut after = after.chars();
         let (next, second, last) = (after.next(), after.next(), before.chars().last());
         if next == Some(',') && digit(second) && digit(last) {
