@@ -89,16 +89,15 @@ pub struct AdjustedDifference {
 }
 
 impl AdjustedDifference {
-    /// Adjusted difference of the pairs of the same cycles in two studies under a seed. A cycle that is no pair
-    /// adds nothing, in either study.
-    fn of(studies: [&Study; 2], seed: u64, cycles: [&[Cycle]; 2]) -> Option<Self> {
+    /// Adjusted difference of the pairs of the same cycles in two studies. A cycle that is no pair adds
+    /// nothing, in either study.
+    fn of(adjusters: [&mut Adjuster; 2], cycles: [&[Cycle]; 2]) -> Option<Self> {
         let pairs = cycles[0].iter().zip(cycles[1]).map(|(a, b)| {
             let (a, b) = (a.row?, b.row?);
             Some([(a.y, a.x), (b.y, b.x)])
         });
         let pairs: Vec<[(f64, f64); 2]> = pairs.map(Option::unwrap_or_default).collect();
-        let ids: Vec<u64> = cycles[0].iter().map(|cycle| cycle.id).collect();
-        Self::of_totals(studies, seed, &ids, &pairs)
+        Self::between(adjusters, &pairs)
     }
 
     /// Adjusted difference of the ratios of two totals, which each of these cycles adds to in both studies; 0 and 0
@@ -109,18 +108,30 @@ impl AdjustedDifference {
         ids: &[u64],
         pairs: &[[(f64, f64); 2]],
     ) -> Option<Self> {
-        let side = |k: usize| {
+        let [a, b] = studies.map(|study| adjuster(study, seed, ids.iter().copied()));
+        Self::between([&mut a?, &mut b?], pairs)
+    }
+
+    fn between([a, b]: [&mut Adjuster; 2], pairs: &[[(f64, f64); 2]]) -> Option<Self> {
+        let side = |adjuster: &mut Adjuster, k: usize| {
             let totals: Vec<(f64, f64)> = pairs.iter().map(|pair| pair[k]).collect();
-            let mut adjuster = Adjuster::new(Arc::new(studies[k].clone()), seed)?;
-            for id in ids {
-                adjuster.add(*id);
-            }
             Some((adjuster.adjustment(&totals)?, totals))
         };
-        let ((a, totals_a), (b, totals_b)) = (side(0)?, side(1)?);
+        let ((a, totals_a), (b, totals_b)) = (side(a, 0)?, side(b, 1)?);
         let Adjusted { value, ci95 } = Adjustment::difference([&a, &b], [&totals_a, &totals_b])?;
         Some(Self { difference: value, ci95 })
     }
+}
+
+/// What adjusts the cycles of a study under a seed.
+pub(super) fn adjuster(
+    study: &Study,
+    seed: u64,
+    ids: impl Iterator<Item = u64>,
+) -> Option<Adjuster> {
+    let mut adjuster = Adjuster::new(Arc::new(study.clone()), seed)?;
+    ids.for_each(|id| adjuster.add(id));
+    Some(adjuster)
 }
 
 /// Whether two values are the same but for rounding.
@@ -264,16 +275,20 @@ impl Comparison {
     }
 
     /// How the second of two studies differs from the first one under a seed, adjusted where that
-    /// can be.
+    /// can be. `first` adjusts the cycles of the first one.
     pub(super) fn of_studies(
         column: &str,
         studies: [&Study; 2],
         seed: u64,
         cycles: [&[Cycle]; 2],
+        first: Option<&mut Adjuster>,
     ) -> Self {
         let [a, b] = studies.map(|study| Dependence::of(study.model(), seed));
-        let found = Self::of_cycles(column, a.of_pairs(b), cycles[0], cycles[1]);
-        Self { adjusted: AdjustedDifference::of(studies, seed, cycles), ..found }
+        let adjusted = first.and_then(|first| {
+            let mut other = adjuster(studies[1], seed, cycles[1].iter().map(|cycle| cycle.id))?;
+            AdjustedDifference::of([first, &mut other], cycles)
+        });
+        Self { adjusted, ..Self::of_cycles(column, a.of_pairs(b), cycles[0], cycles[1]) }
     }
 }
 
@@ -335,10 +350,13 @@ pub fn compare<B>(
         effects.push(Effects::drive(study, plan, quantity, &mut drive)?);
     }
     let cycles: Vec<_> = fleets.iter().map(|records| cycles(quantity, records)).collect();
+    let ids = || cycles[0].iter().map(|cycle| cycle.id);
+    let mut first = studies.first().and_then(|study| adjuster(study, plan.seed, ids()));
     let mut compared = Vec::new();
     for k in 1..studies.len() {
         let (of, pairs) = ([studies[0], studies[k]], [&*cycles[0], &*cycles[k]]);
-        let mut found = Comparison::of_studies(quantity.column, of, plan.seed, pairs);
+        let mut found =
+            Comparison::of_studies(quantity.column, of, plan.seed, pairs, first.as_mut());
         let of_both = match (&effects[0], &effects[k]) {
             (Some(a), Some(b)) => b.clone().less(a),
             (Some(a), None) => Effects::nothing(quantity).less(a),

@@ -2,7 +2,7 @@
 //! [`super::comparison`] does. Of their cycles no more is kept than what the comparison takes.
 
 use super::clustering::Clusters;
-use super::comparison::{Comparison, failed};
+use super::comparison::{Comparison, adjuster, failed};
 use super::dependence::Dependence;
 use super::pair::{Cycle, cycles};
 use super::quantity::{Consumed, NamedQuantity, QUANTITIES};
@@ -64,18 +64,24 @@ pub fn sweep<B>(
     let quantity = candidates.get(place).copied().unwrap_or(shared);
     let of_first = consumed.get(..1).map_or(quantity.column, |own| Consumed::shared(own).column);
     let is_common = asked.is_none() && quantity.column != of_first;
-    let swept = |(k, study): (usize, &&Study)| {
-        let own = &kept[k][place];
-        SweptStudy {
+    let cycles_of = |k: usize| kept[k][place].as_slice();
+    let ids = || cycles_of(0).iter().map(|cycle| cycle.id);
+    let mut first = studies.first().and_then(|study| adjuster(study, plan.seed, ids()));
+    let mut swept = Vec::with_capacity(studies.len());
+    for (k, study) in studies.iter().enumerate() {
+        let own = cycles_of(k);
+        let compared = |first| {
+            let (of, pairs) = ([studies[0], study], [cycles_of(0), own]);
+            Comparison::of_studies(quantity.column, of, plan.seed, pairs, first)
+        };
+        swept.push(SweptStudy {
             mean: mean(quantity, study, plan.seed, own),
             failed: failed(own),
-            comparison: (k > 0).then(|| {
-                let (of, pairs) = ([studies[0], study], [&*kept[0][place], own]);
-                Comparison::of_studies(quantity.column, of, plan.seed, pairs)
-            }),
-        }
-    };
-    let swept = studies.iter().enumerate().map(swept).collect();
+            comparison: (k > 0).then(|| compared(first.as_mut())),
+        });
+        // the adjustment of many studies takes its time, too
+        progress(plan.cycles * studies.len() as u64)?;
+    }
     ControlFlow::Continue(Sweep { column: quantity.column.to_owned(), is_common, studies: swept })
 }
 
