@@ -48,6 +48,7 @@ mod source;
 mod stored;
 pub mod study;
 mod study_difference;
+mod sweep;
 mod text;
 mod totals_rows;
 mod trace;
@@ -118,6 +119,7 @@ pub use stored::{
     summed_up,
 };
 pub use study_difference::{StudyDifferenceAnswer, study_difference};
+pub use sweep::{Against, MOST_POINTS, SweepAnswer, SweepPoints, SweepRequest, SweptPoint, sweep};
 pub use trace::{TimeSeries, trace};
 pub use training::{TrainingAnswer, TrainingRequest, training};
 pub use validate::{
@@ -128,7 +130,7 @@ pub use vecto::vecto;
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    BESTS, CODINGS, CONTROLLERS, DRAWS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SEASONS,
+    AGAINSTS, BESTS, CODINGS, CONTROLLERS, DRAWS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SEASONS,
     SPEED_TERMS, UNKNOWNS, Word, detectors,
 };
 
