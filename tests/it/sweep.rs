@@ -62,10 +62,22 @@ fn two_points_are_a_comparison_to_the_bit() {
         assert_eq!((point.pairs, point.not_completed), (Some(found.pairs), found.b_failed));
         assert_eq!((answer.points[0].mean, point.mean), (found.a, found.b));
         assert_eq!(point.relative_difference, Some(found.difference.unwrap() / found.a.unwrap()));
-        let is_common = answer.text().contains("not all have the same consumption");
+        let is_common = answer.text().contains("the first that all points have");
         assert_eq!(is_common, answer.column == "wheel_kwh_per_km", "{}", answer.text());
         assert_eq!(is_common, sets == [vehicles]);
+        assert!(!answer.text().contains("A mean is -"));
     }
+}
+
+#[test]
+fn a_quantity_that_a_point_lacks_has_no_mean_there() {
+    let set = "vehicle.base=tractor-40t,tractor-electric-40t";
+    let asked =
+        ["sweep", "--set", set, "--set", SHORT, "--cycles", "5", "--column", "co2_g_per_km"];
+    let points = &answer(&asked)["points"];
+    assert!(points[0]["mean"].is_number() && points[1]["mean"].is_null(), "{points}");
+    assert!(points[1]["difference"].is_null() && points[1]["pairs"] == 0, "{points}");
+    assert!(text(&asked).contains("A mean is - where no completed cycle has co2_g_per_km."));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::progress::watched;
 use crate::study::written;
 use crate::value::{one_of, wrong_type};
 use ocmc_api::study::LoadedStudy;
-use ocmc_api::{AGAINSTS, RunPlan, SweepPoints, SweepRequest};
+use ocmc_api::{AGAINSTS, MOST_POINTS, RunPlan, SweepPoints, SweepRequest};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
@@ -80,7 +80,10 @@ fn pairs<'py>(mapping: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound<'p
 fn values_of(key: &str, values: &Bound<PyAny>) -> PyResult<Vec<String>> {
     let is_one = values.is_instance_of::<PyString>() || values.cast::<PyMapping>().is_ok();
     match values.try_iter() {
-        Ok(values) if !is_one => values.map(|value| written(key, &value?)).collect(),
+        // one more than there may be is refused, and the values may be endless
+        Ok(values) if !is_one => {
+            values.take(MOST_POINTS + 1).map(|value| written(key, &value?)).collect()
+        }
         _ => Ok(vec![written(key, values)?]),
     }
 }

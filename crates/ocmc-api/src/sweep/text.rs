@@ -49,12 +49,15 @@ impl SweepAnswer {
         text.push_str(&took(wall_s, plan.threads, driven));
         let (label, factor) = label(&self.column);
         if self.is_common {
-            let note = format!("not all have the same consumption: compared by {label}");
+            let note = format!("compared by {label}, the first that all points have");
             text.push_str(&fact("note", note));
         }
         let reference = if self.base.is_some() { "the study" } else { "the first point" };
         let _ = writeln!(text, "\n{label}, mean of the fleet, and how it differs from {reference}");
         text.push_str(&self.table(factor));
+        if self.rows().any(|point| point.mean.is_none()) {
+            let _ = writeln!(text, "\nA mean is - where no completed cycle has {}.", self.column);
+        }
         text
     }
 
