@@ -111,7 +111,6 @@ fn split(values: &str) -> Vec<&str> {
             (Some(_), _) if is_escaped => is_escaped = false,
             (Some('"'), '\\') => is_escaped = true,
             (Some(mark), letter) if mark == letter => quote = None,
-            (Some(_), _) => {}
             (None, ',') if depth == 0 => {
                 pieces.push(&values[start..place]);
                 (start, has_begun) = (place + 1, false);
@@ -120,7 +119,7 @@ fn split(values: &str) -> Vec<&str> {
             (None, '"' | '\'') if depth > 0 || !has_begun => quote = Some(letter),
             (None, '[' | '{') if depth > 0 || !has_begun => depth += 1,
             (None, ']' | '}') => depth = depth.saturating_sub(1),
-            (None, _) => {}
+            _ => {}
         }
         has_begun |= !letter.is_whitespace();
     }

@@ -4,7 +4,7 @@ use super::error::{Fault, TableError};
 use super::given::RowPlace;
 use super::schema::Style;
 use super::source::{Opened, Rows, Source, TextRows, csv_error, open};
-use arrow_array::Array;
+use arrow_array::{Array, StringArray};
 use std::path::Path;
 
 /// The names of the columns, and the rows of their cells; what is missing is empty.
@@ -20,9 +20,8 @@ pub fn words(source: Source) -> Result<(Vec<String>, Vec<Vec<String>>), TableErr
             let columns = (0..names.len()).map(|column| table.words(column));
             let columns = columns.collect::<Result<Vec<_>, _>>()?;
             let row = |row: usize| {
-                let cell = |column: &arrow_array::StringArray| match column.is_valid(row) {
-                    true => column.value(row).to_owned(),
-                    false => String::new(),
+                let cell = |column: &StringArray| {
+                    if column.is_valid(row) { column.value(row).to_owned() } else { String::new() }
                 };
                 columns.iter().map(cell).collect()
             };
