@@ -56,12 +56,11 @@ fn points_of(points: &Bound<PyAny>) -> PyResult<(Vec<String>, SweepPoints)> {
         let mut row = vec![None; keys.len()];
         for (key, value) in pairs(mapping)? {
             let value = if value.is_none() { None } else { Some(written(&key, &value)?) };
-            match keys.iter().position(|known| *known == key) {
-                Some(place) => row[place] = value,
-                None => {
-                    keys.push(key);
-                    row.push(value);
-                }
+            if let Some(place) = keys.iter().position(|known| *known == key) {
+                row[place] = value;
+            } else {
+                keys.push(key);
+                row.push(value);
             }
         }
         rows.push(row);
