@@ -304,21 +304,20 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    # fmt: off
     def sensitivity(
-        self,
-        *,
-        cycles: SupportsIndex,
-        seed: SupportsIndex = 1,
-        first_cycle: SupportsIndex = 0,
-        column: str | None = None,
-        factors: Sequence[str] | None = None,
-        over: Literal["trip", "truck"] = "trip",
-        crossed: SupportsIndex | None = None,
-        shapley: bool = False,
-        out: str | PathLike[str] | None = None,
-        threads: SupportsIndex | None = None,
-        progress: _Progress = None,
+        self, *, cycles: SupportsIndex, seed: SupportsIndex = 1, first_cycle: SupportsIndex = 0,
+        column: str | None = None, factors: Sequence[str] | None = None,
+        over: Literal["trip", "truck"] = "trip", crossed: SupportsIndex | None = None,
+        shapley: bool = False, out: str | PathLike[str] | None = None,
+        threads: SupportsIndex | None = None, progress: _Progress = None,
     ) -> Answer: ...
+    def sweep(
+        self, points: object, *, cycles: SupportsIndex, against: Literal["first", "base"] = "first",
+        seed: SupportsIndex = 1, first_cycle: SupportsIndex = 0, column: str | None = None,
+        threads: SupportsIndex | None = None, progress: _Progress = None,
+    ) -> Answer: ...
+    # fmt: on
     def doubt(
         self,
         *,

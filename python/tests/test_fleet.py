@@ -1,5 +1,6 @@
 """Questions about a fleet: the answers are the command's, and have the right sign and size."""
 
+import itertools
 import json
 
 import ocmc
@@ -114,6 +115,71 @@ def test_two_studies_are_costed_against_each_other(study):
         priced.set("cost.driver_per_h", -1.0)
 
 
+DRAG, PAYLOAD = "vehicle.drag_area_m2.median", "mission.payload_kg"
+
+
+def test_a_sweep_is_the_command_s_and_a_comparison_of_two(study, tmp_path):
+    answer = study.sweep({DRAG: [5.5, 4.5], PAYLOAD: [0, 9000]}, cycles=40, seed=3)
+    sets = ["--set", f"{DRAG}=5.5,4.5", "--set", f"{PAYLOAD}=0,9000"]
+    printed = json.loads(command("sweep", *SHORT, *sets, "--cycles", "40", "--seed", "3", "--json").stdout)
+    assert printed["points"] == answer["points"]
+    assert set(printed) == set(answer)
+    two = ocmc.compare(
+        study.set(DRAG, 5.5).set(PAYLOAD, 0), study.set(DRAG, 4.5).set(PAYLOAD, 9000), cycles=40, seed=3
+    )
+    last = answer["points"][3]
+    assert last["values"] == {DRAG: 4.5, PAYLOAD: 9000}
+    assert (last["difference"], last["difference_ci95"]) == (two["difference"], two["ci95"])
+    assert answer["points"][0]["difference"] is None
+    assert "how it differs from the first point" in str(answer)
+    rows = [{DRAG: drag, PAYLOAD: payload} for drag in (5.5, 4.5) for payload in (0, 9000)]
+    file = tmp_path / "points.csv"
+    file.write_text(
+        f"{DRAG},{PAYLOAD}\n" + "".join(f"{row[DRAG]},{row[PAYLOAD]}\n" for row in rows), encoding="utf-8"
+    )
+    for points in (rows, file):
+        assert study.sweep(points, cycles=40, seed=3)["points"] == answer["points"]
+
+
+def test_a_sweep_of_words_of_what_is_missing_and_of_data_frames(study):
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    vehicles = ["tractor-40t", "rigid-12t"]
+    answer = study.sweep({"vehicle.base": vehicles, "study.name": "short"}, cycles=10, against="base")
+    assert answer["study"] == "short"
+    assert answer["base"]["mean"] == answer["points"][0]["mean"]
+    assert answer["points"][0]["difference"] == 0.0
+    frame = pandas.DataFrame({"vehicle.base": vehicles})
+    listed = study.sweep(frame, cycles=10)
+    means = [point["mean"] for point in answer["points"]]
+    assert [point["mean"] for point in listed["points"]] == means
+    partly = study.sweep([{PAYLOAD: 0}, {"vehicle.base": "rigid-12t"}], cycles=10)
+    assert partly["points"][1]["values"] == {PAYLOAD: None, "vehicle.base": "rigid-12t"}
+    assert partly["points"][1]["mean"] == means[1]
+    flat = pandas.json_normalize(answer["points"])
+    assert list(flat["values.vehicle.base"]) == vehicles
+
+
+@pytest.mark.parametrize(
+    ("points", "kind", "message"),
+    [
+        ({DRAG: [5.5]}, ValueError, "give a key several values"),
+        ({DRAG: []}, ValueError, "give a key several values"),
+        ([], ValueError, "`points` is empty"),
+        ([1, 2], TypeError, r"`points\[0\]` is 1, allowed is a dictionary"),
+        (5, TypeError, "`points` is 5, allowed is a dictionary of lists"),
+        ({DRAG: [5.5, "x"]}, ValueError, r"point 2 of 2 .*drag_area_m2"),
+        ({DRAG: [5.5, 5.5]}, ValueError, "the same study as point 1 of 2"),
+        ({"vehicle.mas": [1, 2]}, ValueError, "is not a key of a study"),
+        ({DRAG: [float("nan"), 5.0]}, ValueError, "allowed is a finite number"),
+        ({"mission.length_m": itertools.count(5000)}, ValueError, "1001 points, allowed are at most 1000"),
+    ],
+)
+def test_what_cannot_be_swept_is_said(study, points, kind, message):
+    with pytest.raises(kind, match=message):
+        study.sweep(points, cycles=10**9)
+
+
 def test_what_is_wrong_is_said(study):
     with pytest.raises(ValueError, match=r'`column` is "fuel" \(did you mean `fuel_kg`'):
         ocmc.compare(study, study, cycles=10, column="fuel")
@@ -125,6 +191,8 @@ def test_what_is_wrong_is_said(study):
         ocmc.compare(study, "field-truck", cycles=10)
     with pytest.raises(ValueError, match="1 row with"):
         study.sensitivity(cycles=1)
+    with pytest.raises(ValueError, match='`against` is "last", allowed is one of: first, base'):
+        study.sweep({DRAG: [5.5, 5.0]}, cycles=10, against="last")
 
 
 def test_progress_counts_all_cycles(study, loaded):

@@ -263,6 +263,47 @@ def test_the_shares_of_the_factors():
     np.testing.assert_allclose(np.array(whiskers)[:, :, 0], [[-1, 6], [12, 19], [57, 64]])
 
 
+def swept(values, mean, difference=None):
+    point = {"values": values, "mean": mean, "ci95": [mean - 2.0, mean + 2.0], "difference": difference}
+    return point | {"difference_ci95": None if difference is None else [difference - 0.5, difference + 0.5]}
+
+
+def test_a_sweep_of_numbers_has_a_line_for_each_value_of_the_second_key():
+    keys = ["vehicle.curb_mass_kg", "vehicle.base"]
+    points = [
+        (8000, "a", 30.0, None),
+        (8000, "b", 31.0, 1.0),
+        (7000, "a", 28.0, -2.0),
+        (7000, "b", 29.0, -1.0),
+    ]
+    points = [swept(dict(zip(keys, point[:2], strict=True)), *point[2:]) for point in points]
+    answer = {"column": "consumption_l_per_100km", "keys": keys, "points": points}
+    above, below = ocmc.plot.sweep(answer)
+    drawn(above)
+    assert [text.get_text() for text in above.get_legend().get_texts()] == ["a", "b"]
+    means = [(list(artists[0].get_xdata()), list(artists[0].get_ydata())) for artists in above.containers]
+    assert means == [([7000, 8000], [28, 30]), ([7000, 8000], [29, 31])]
+    changes = [list(artists[0].get_ydata()) for artists in below.containers]
+    np.testing.assert_equal(changes, [[-2, np.nan], [-1, 1]])
+    whiskers = below.containers[1].lines[2][0].get_segments()
+    np.testing.assert_allclose(np.array(whiskers)[:, :, 1], [[-1.5, -0.5], [0.5, 1.5]])
+    assert (below.get_xlabel(), below.get_ylabel()) == (keys[0], "difference, L/100 km")
+    with pytest.raises(ValueError, match="has 3 keys"):
+        ocmc.plot.sweep(answer | {"keys": [*keys, "c"]})
+
+
+def test_a_sweep_of_words_has_a_place_for_each():
+    points = [swept({"k": word}, 30.0 + place) for place, word in enumerate(["x", None, {"law": 1}])]
+    base = swept({"k": None}, 33.0)
+    answer = {"column": "consumption_l_per_100km", "keys": ["k"], "points": points, "base": base}
+    above, below = ocmc.plot.sweep(answer)
+    drawn(above)
+    assert [text.get_text() for text in below.get_xticklabels()] == ["x", "as it is", "{'law': 1}"]
+    np.testing.assert_array_equal(above.containers[0][0].get_ydata(), [30.0, 31.0, 32.0])
+    assert above.get_legend() is None
+    assert 33.0 in {artist.get_ydata()[0] for artist in above.lines}
+
+
 def test_lines_of_the_axes_are_seen_on_a_dark_style(study):
     curve = [{"distance_m": 1e3 * k, "share": 1.0 - k / 10, "ci95": [0.5, 1.0]} for k in range(11)]
     with plt.style.context("dark_background"):

@@ -79,6 +79,7 @@ mod small_faults;
 mod speed_ahead;
 mod step_bias;
 mod stop_plans;
+mod sweep;
 mod tables;
 mod tactical;
 mod training;

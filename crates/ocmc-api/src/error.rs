@@ -132,6 +132,39 @@ pub enum Error {
     /// A comparison of fewer than two studies.
     #[error("a study is compared with another one: give two at least")]
     NothingToCompare,
+    /// A sweep without two studies that differ.
+    #[error(
+        "nothing to compare: give a key several values, as in KEY=A,B,C, or a list of points; a \
+         single point is compared with the study as it is by --against base (in Python against)"
+    )]
+    NothingToSweep,
+    /// A sweep of too many points.
+    #[error("the sweep has {points} points, allowed are at most {most}: give fewer values")]
+    ManyPoints {
+        /// Points that were asked for.
+        points: usize,
+        /// Most that are allowed.
+        most: usize,
+    },
+    /// A key of a sweep that is given twice.
+    #[error("`{0}` is given twice: give all of its values at once, as in KEY=A,B,C")]
+    SweptTwice(String),
+    /// Two points of a sweep that are the same study.
+    #[error("{second} is the same study as {first}: leave one of them out")]
+    SamePoints {
+        /// What the first one is called.
+        first: String,
+        /// What the other one is called.
+        second: String,
+    },
+    /// A point of a sweep that is no study.
+    #[error("{point}: {source}")]
+    SweptPoint {
+        /// What it is called.
+        point: String,
+        /// What is wrong with it.
+        source: StudyFileError,
+    },
     /// A question about judged numbers to studies that have none.
     #[error(
         "no number of the study is judged: a study file says in its tables `[judged.NAME]` between \

@@ -49,6 +49,7 @@ mod source;
 mod stored;
 pub mod study;
 mod study_difference;
+mod sweep;
 mod text;
 mod totals_rows;
 mod trace;
@@ -125,6 +126,7 @@ pub use stored::{
     summed_up,
 };
 pub use study_difference::{StudyDifferenceAnswer, study_difference};
+pub use sweep::{Against, MOST_POINTS, SweepAnswer, SweepPoints, SweepRequest, SweptPoint, sweep};
 pub use trace::{TimeSeries, trace};
 pub use training::{TrainingAnswer, TrainingRequest, training};
 pub use validate::{
@@ -135,8 +137,8 @@ pub use vecto::vecto;
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    BESTS, CODINGS, CONTROLLERS, DRAWS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, RUN_FORMATS,
-    RunFormat, SEASONS, SPEED_TERMS, UNKNOWNS, Word, detectors,
+    AGAINSTS, BESTS, CODINGS, CONTROLLERS, DRAWS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII,
+    RUN_FORMATS, RunFormat, SEASONS, SPEED_TERMS, UNKNOWNS, Word, detectors,
 };
 
 pub use ocmc_core::energy::Carrier;

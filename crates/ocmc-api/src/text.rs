@@ -3,6 +3,7 @@
 use ocmc_fleet::run::RunPlan;
 use ocmc_fleet::uncertainty::{ParameterEffect, ParameterUncertainty};
 use ocmc_io::number_text::{rough, short};
+use ocmc_io::table::spreadsheet;
 
 /// A line about a fact: its name, and what it is.
 pub(crate) fn fact(name: &str, value: impl std::fmt::Display) -> String {
@@ -26,7 +27,7 @@ pub(crate) fn effects(uncertainty: &ParameterUncertainty, factor: f64) -> Vec<St
     let size = |of: &ParameterEffect| of.effect.map_or(f64::INFINITY, f64::abs);
     parameters.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let sd = (factor * uncertainty.sd).abs();
-    let digits = if sd > 0.0 { (1.0 - sd.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 };
+    let digits = decimals_for(sd);
     let line = |of: &&ParameterEffect| {
         let number = format!("{} ± {}", of.key, rough(of.standard_error));
         match of.effect {
@@ -84,4 +85,20 @@ pub(crate) fn range(plan: &RunPlan) -> String {
 /// A number, or an empty cell.
 pub(crate) fn cell(number: Option<f64>) -> String {
     number.filter(|number| number.is_finite()).map_or(String::new(), |number| format!("{number:?}"))
+}
+
+/// A word as a cell of CSV.
+pub(crate) fn quoted(word: &str) -> String {
+    let word = spreadsheet::written(word);
+    if word.contains([',', '"', '\n', '\r', ';']) {
+        format!("\"{}\"", word.replace('"', "\"\""))
+    } else {
+        word.into_owned()
+    }
+}
+
+/// Decimals that show half the width of an interval with two digits.
+pub(crate) fn decimals_for(half_width: f64) -> usize {
+    let is_known = half_width > 0.0 && half_width.is_finite();
+    if is_known { (1.0 - half_width.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 }
 }

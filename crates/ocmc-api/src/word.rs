@@ -1,6 +1,7 @@
 //! Words that stand for options: on the command line as they are here, in Python with `_` for `-`.
 
 use crate::size::Season;
+use crate::sweep::Against;
 use ocmc_core::operating_cycle::drawn_part::Draw;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_estimation::fit::curve_speed::Coding;
@@ -136,6 +137,10 @@ pub const OVERS: [Word<Over>; 2] = [
     ("trip", "Trips, each by itself", Over::Trip),
     ("truck", "Trucks, each by its total over its total", Over::Truck),
 ];
+
+/// What the points of a sweep can be compared with.
+pub const AGAINSTS: [Word<Against>; 2] =
+    [("first", "The first point", Against::First), ("base", "The study as it is", Against::Base)];
 
 /// Seasons of the north in which trips depart.
 pub const SEASONS: [Word<Season>; 4] = [

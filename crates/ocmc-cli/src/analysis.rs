@@ -69,7 +69,7 @@ impl TypedValueParser for ColumnName {
 }
 
 /// `--column` of a comparison: any column of the records that is a number.
-fn any_column(column: Arg) -> Arg {
+pub(crate) fn any_column(column: Arg) -> Arg {
     column.value_parser(ColumnName).hide_possible_values(true).help(
         "Column of the records that is compared, such as mean_speed_mps or fuel_kg_urban \
          [default: the first consumption that all studies have]",

@@ -55,6 +55,10 @@ impl From<Error> for Failure {
             | Error::Differs { .. }
             | Error::PartOfTruck { .. }
             | Error::NoColumn { .. }
+            | Error::NothingToSweep
+            | Error::ManyPoints { .. }
+            | Error::SweptTwice(_)
+            | Error::SamePoints { .. }
             | Error::Bounds(_) => Self::Usage(error.to_string()),
             Error::Tobit => Self::Usage(format!("--tobit {error}")),
             error => Self::Question(error),

@@ -23,6 +23,7 @@ mod shell;
 mod simulator_study;
 mod size;
 mod study;
+mod sweep;
 #[cfg(test)]
 mod tests;
 mod training;
@@ -53,6 +54,7 @@ use size::SizeArguments;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use study::StudyCommand;
+use sweep::SweepArguments;
 use training::TrainingArguments;
 use vecto::VectoArguments;
 use verify::VerifyArguments;
@@ -95,6 +97,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
         &[
             "drive",
             "compare",
+            "sweep",
             "sensitivity",
             "doubt",
             "cost",
@@ -178,6 +181,9 @@ enum Command {
     Sensitivity(SensitivityArguments),
     /// Compares studies under common random numbers: the paired difference and its interval
     Compare(CompareArguments),
+    /// Drives a study at many points, values of its keys, on the same cycles: the mean of each and the
+    /// paired difference to the first
+    Sweep(SweepArguments),
     /// Finds what the answer owes to numbers that nobody measured: each at both ends of its range
     Doubt(DoubtArguments),
     /// Costs a study: per trip, km, tkm, truck-year and whole life, item by item; or two of them
@@ -261,6 +267,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Validate(arguments)) => road::validate(arguments),
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
+        Some(Command::Sweep(arguments)) => sweep::sweep(arguments),
         Some(Command::Doubt(arguments)) => analysis::doubt(arguments),
         Some(Command::Cost(arguments)) => cost::cost(arguments),
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),

@@ -140,7 +140,8 @@ mod tests {
         assert!(!zsh.contains("NAME|FILE:_files") && !zsh.contains("\n'*::"), "{zsh}");
         assert!(zsh.contains("'*:studies -- "), "{zsh}");
         let fish = script(Shell::Fish);
-        let line = fish.lines().find(|line| line.contains("-l against ")).expect("an option");
+        let is_it = |line: &&str| line.contains("subcommand cost\" -l against ");
+        let line = fish.lines().find(is_it).expect("an option");
         assert!(line.contains("-r -F -a \"field-truck "), "{line}");
         assert!(script(Shell::Elvish).contains("ocmc"));
     }

@@ -18,7 +18,7 @@
 use super::adjustment::{Adjusted, Adjuster, Adjustment};
 use super::clustering::Clusters;
 use super::dependence::Dependence;
-use super::pair::{Pair, row, side};
+use super::pair::{Cycle, Pair, cycles, row, side};
 use super::quantity::{NamedQuantity, shared_consumption};
 use super::ratio::student_975;
 use super::run::{RunPlan, records};
@@ -89,21 +89,15 @@ pub struct AdjustedDifference {
 }
 
 impl AdjustedDifference {
-    /// Adjusted difference of the pairs of the same cycles in two studies under a seed. A cycle that is no pair
-    /// adds nothing, in either study.
-    fn of(
-        quantity: &NamedQuantity,
-        studies: [&Study; 2],
-        seed: u64,
-        records: [&[Record]; 2],
-    ) -> Option<Self> {
-        let pairs = records[0].iter().zip(records[1]).map(|(a, b)| {
-            let (a, b) = (quantity.totals(a)?, quantity.totals(b)?);
-            Some([a, b])
+    /// Adjusted difference of the pairs of the same cycles in two studies. A cycle that is no pair adds
+    /// nothing, in either study.
+    fn of(adjusters: [&mut Adjuster; 2], cycles: [&[Cycle]; 2]) -> Option<Self> {
+        let pairs = cycles[0].iter().zip(cycles[1]).map(|(a, b)| {
+            let (a, b) = (a.row?, b.row?);
+            Some([(a.y, a.x), (b.y, b.x)])
         });
         let pairs: Vec<[(f64, f64); 2]> = pairs.map(Option::unwrap_or_default).collect();
-        let ids: Vec<u64> = records[0].iter().map(|record| record.cycle_id).collect();
-        Self::of_totals(studies, seed, &ids, &pairs)
+        Self::between(adjusters, &pairs)
     }
 
     /// Adjusted difference of the ratios of two totals, which each of these cycles adds to in both studies; 0 and 0
@@ -114,18 +108,30 @@ impl AdjustedDifference {
         ids: &[u64],
         pairs: &[[(f64, f64); 2]],
     ) -> Option<Self> {
-        let side = |k: usize| {
+        let [a, b] = studies.map(|study| adjuster(study, seed, ids.iter().copied()));
+        Self::between([&mut a?, &mut b?], pairs)
+    }
+
+    fn between([a, b]: [&mut Adjuster; 2], pairs: &[[(f64, f64); 2]]) -> Option<Self> {
+        let side = |adjuster: &mut Adjuster, k: usize| {
             let totals: Vec<(f64, f64)> = pairs.iter().map(|pair| pair[k]).collect();
-            let mut adjuster = Adjuster::new(Arc::new(studies[k].clone()), seed)?;
-            for id in ids {
-                adjuster.add(*id);
-            }
             Some((adjuster.adjustment(&totals)?, totals))
         };
-        let ((a, totals_a), (b, totals_b)) = (side(0)?, side(1)?);
+        let ((a, totals_a), (b, totals_b)) = (side(a, 0)?, side(b, 1)?);
         let Adjusted { value, ci95 } = Adjustment::difference([&a, &b], [&totals_a, &totals_b])?;
         Some(Self { difference: value, ci95 })
     }
+}
+
+/// What adjusts the cycles of a study under a seed.
+pub(super) fn adjuster(
+    study: &Study,
+    seed: u64,
+    ids: impl Iterator<Item = u64>,
+) -> Option<Adjuster> {
+    let mut adjuster = Adjuster::new(Arc::new(study.clone()), seed)?;
+    ids.for_each(|id| adjuster.add(id));
+    Some(adjuster)
 }
 
 /// Whether two values are the same but for rounding.
@@ -134,13 +140,14 @@ fn same(a: f64, b: f64) -> bool {
 }
 
 /// Completed cycles that have nothing of the quantity.
-fn without(quantity: &NamedQuantity, records: &[Record]) -> u64 {
-    let completed = records.iter().filter(|record| record.outcome == Outcome::Completed);
-    completed.filter(|record| row(quantity, record).is_none()).count() as u64
+fn without(cycles: &[Cycle]) -> u64 {
+    let completed = cycles.iter().filter(|cycle| cycle.outcome == Outcome::Completed);
+    completed.filter(|cycle| cycle.row.is_none()).count() as u64
 }
 
-fn failed(records: &[Record]) -> u64 {
-    records.iter().filter(|record| record.outcome != Outcome::Completed).count() as u64
+/// Cycles that were not completed.
+pub(super) fn failed(cycles: &[Cycle]) -> u64 {
+    cycles.iter().filter(|cycle| cycle.outcome != Outcome::Completed).count() as u64
 }
 
 /// The fleets' means over some pairs.
@@ -229,7 +236,13 @@ impl Comparison {
         a: &[Record],
         b: &[Record],
     ) -> Self {
-        let pair = |(a, b): (&Record, &Record)| Some((row(quantity, a)?, row(quantity, b)?));
+        let (a, b) = (cycles(quantity, a), cycles(quantity, b));
+        Self::of_cycles(quantity.column, dependence, &a, &b)
+    }
+
+    /// As [`Comparison::of`], of what is compared.
+    fn of_cycles(column: &str, dependence: Dependence, a: &[Cycle], b: &[Cycle]) -> Self {
+        let pair = |(a, b): (&Cycle, &Cycle)| Some((a.row?, b.row?));
         let pairs: Vec<Pair> = a.iter().zip(b).filter_map(pair).collect();
         let values: Vec<(f64, f64)> =
             pairs.iter().filter_map(|(a, b)| Some((a.value?, b.value?))).collect();
@@ -241,7 +254,7 @@ impl Comparison {
         let spread = means.and_then(|means| means.spread);
         let difference = means.map(|means| means.difference());
         Self {
-            column: quantity.column.to_owned(),
+            column: column.to_owned(),
             a: means.map(|means| means.a),
             b: means.map(|means| means.b),
             difference,
@@ -254,11 +267,28 @@ impl Comparison {
             cycles: a.len() as u64,
             pairs: pairs.len() as u64,
             pairs_without_value: (pairs.len() - values.len()) as u64,
-            a_without_quantity: without(quantity, a),
-            b_without_quantity: without(quantity, b),
+            a_without_quantity: without(a),
+            b_without_quantity: without(b),
             a_failed: failed(a),
             b_failed: failed(b),
         }
+    }
+
+    /// How the second of two studies differs from the first one under a seed, adjusted where that
+    /// can be. `first` adjusts the cycles of the first one.
+    pub(super) fn of_studies(
+        column: &str,
+        studies: [&Study; 2],
+        seed: u64,
+        cycles: [&[Cycle]; 2],
+        first: Option<&mut Adjuster>,
+    ) -> Self {
+        let [a, b] = studies.map(|study| Dependence::of(study.model(), seed));
+        let adjusted = first.and_then(|first| {
+            let mut other = adjuster(studies[1], seed, cycles[1].iter().map(|cycle| cycle.id))?;
+            AdjustedDifference::of([first, &mut other], cycles)
+        });
+        Self { adjusted, ..Self::of_cycles(column, a.of_pairs(b), cycles[0], cycles[1]) }
     }
 }
 
@@ -319,21 +349,24 @@ pub fn compare<B>(
     for study in studies {
         effects.push(Effects::drive(study, plan, quantity, &mut drive)?);
     }
+    let cycles: Vec<_> = fleets.iter().map(|records| cycles(quantity, records)).collect();
+    let ids = || cycles[0].iter().map(|cycle| cycle.id);
+    let mut first = studies.first().and_then(|study| adjuster(study, plan.seed, ids()));
     let mut compared = Vec::new();
     for k in 1..studies.len() {
-        let [a, b] = [0, k].map(|k| Dependence::of(studies[k].model(), plan.seed));
-        let dependence = a.of_pairs(b);
-        let mut found = Comparison::of(quantity, dependence, &driven[0], &driven[k]);
+        let (of, pairs) = ([studies[0], studies[k]], [&*cycles[0], &*cycles[k]]);
+        let mut found =
+            Comparison::of_studies(quantity.column, of, plan.seed, pairs, first.as_mut());
         let of_both = match (&effects[0], &effects[k]) {
             (Some(a), Some(b)) => b.clone().less(a),
             (Some(a), None) => Effects::nothing(quantity).less(a),
             (None, b) => b.clone(),
         };
-        let (of, records) = ([studies[0], studies[k]], [&*driven[0], &*driven[k]]);
-        found.adjusted = AdjustedDifference::of(quantity, of, plan.seed, records);
+        let [a, b] = of.map(|study| Dependence::of(study.model(), plan.seed));
+        let replicates = a.of_pairs(b).replicates;
         let known = found.difference.zip(found.ci95).zip(of_both);
         found.parameter_uncertainty =
-            known.map(|((mean, ci95), effects)| effects.around(mean, ci95, dependence.replicates));
+            known.map(|((mean, ci95), effects)| effects.around(mean, ci95, replicates));
         compared.push(found);
     }
     ControlFlow::Continue(Compared { comparisons: compared, fleets: driven })

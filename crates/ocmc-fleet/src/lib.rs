@@ -46,6 +46,7 @@ pub mod shapley;
 pub mod size;
 pub mod statistic;
 pub mod summary;
+pub mod sweep;
 pub mod training;
 pub mod truck_arrivals;
 pub mod truck_column;

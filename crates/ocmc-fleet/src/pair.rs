@@ -1,7 +1,7 @@
 //! Pairs of the same cycle in two studies, and what each side adds to the fleet's mean.
 
 use super::quantity::NamedQuantity;
-use ocmc_core::record::Record;
+use ocmc_core::record::{Outcome, Record};
 
 /// One cycle in one study: its own value, where it has one, and what it adds to the two totals y
 /// and x of the mean.
@@ -11,6 +11,23 @@ pub(crate) struct Row {
     pub value: Option<f64>,
     pub y: f64,
     pub x: f64,
+}
+
+/// One cycle of a study, as far as a quantity of it is compared.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cycle {
+    pub id: u64,
+    pub outcome: Outcome,
+    pub row: Option<Row>,
+}
+
+/// The cycles of a study, as far as a quantity of them is compared.
+pub(crate) fn cycles(quantity: &NamedQuantity, records: &[Record]) -> Vec<Cycle> {
+    let cycle = |record: &Record| {
+        let Record { cycle_id: id, outcome, .. } = *record;
+        Cycle { id, outcome, row: row(quantity, record) }
+    };
+    records.iter().map(cycle).collect()
 }
 
 /// One cycle in both studies.

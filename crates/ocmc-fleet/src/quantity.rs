@@ -291,18 +291,39 @@ pub fn consumption(records: &[Record]) -> &'static RecordQuantity {
 /// The consumption that all of these fleets have; of fleets that have none in common that of the
 /// first.
 pub fn shared_consumption(fleets: &[&[Record]]) -> &'static RecordQuantity {
-    let has = |quantity: &RecordQuantity, fleet: &[Record]| {
-        fleet.iter().any(|record| quantity.of_cycle(record).is_some())
-    };
-    let mut records = fleets.iter().copied().flatten();
-    let cut_short = records.any(|record| record.outcome == Outcome::Depleted);
-    let drawn = [ALL_STORES.name, CHARGED];
-    let columns =
-        CONSUMPTIONS.map(|name| if cut_short && drawn.contains(&name) { WHOLE_TRIP } else { name });
-    let consumptions = || columns.iter().filter_map(|name| quantity(name));
-    let shared = consumptions().find(|q| fleets.iter().all(|fleet| has(q, fleet)));
-    let first = || consumptions().find(|q| fleets.first().is_some_and(|fleet| has(q, fleet)));
-    shared.or_else(first).unwrap_or(&QUANTITIES[0])
+    Consumed::shared(&fleets.iter().map(|fleet| Consumed::of(fleet)).collect::<Vec<_>>())
+}
+
+/// Which consumptions the cycles of a fleet have.
+pub(crate) struct Consumed {
+    pub(crate) has: Vec<&'static RecordQuantity>,
+    /// Whether a battery cut a trip short.
+    cut_short: bool,
+}
+
+impl Consumed {
+    pub(crate) fn of(records: &[Record]) -> Self {
+        let known = CONSUMPTIONS.into_iter().chain([WHOLE_TRIP]).filter_map(quantity);
+        let has = |quantity: &&RecordQuantity| {
+            records.iter().any(|record| quantity.of_cycle(record).is_some())
+        };
+        let cut_short = records.iter().any(|record| record.outcome == Outcome::Depleted);
+        Self { has: known.filter(has).collect(), cut_short }
+    }
+
+    /// As [`shared_consumption`].
+    pub(crate) fn shared(fleets: &[Self]) -> &'static RecordQuantity {
+        let cut_short = fleets.iter().any(|fleet| fleet.cut_short);
+        let drawn = [ALL_STORES.name, CHARGED];
+        let columns = CONSUMPTIONS
+            .map(|name| if cut_short && drawn.contains(&name) { WHOLE_TRIP } else { name });
+        let has = |fleet: &Self, name: &str| fleet.has.iter().any(|q| q.column == name);
+        let consumptions = || columns.iter().filter_map(|name| quantity(name));
+        let shared = consumptions().find(|q| fleets.iter().all(|fleet| has(fleet, q.column)));
+        let first =
+            || consumptions().find(|q| fleets.first().is_some_and(|fleet| has(fleet, q.column)));
+        shared.or_else(first).unwrap_or(&QUANTITIES[0])
+    }
 }
 
 #[cfg(test)]

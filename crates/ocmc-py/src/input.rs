@@ -82,7 +82,8 @@ pub(crate) fn is_table(value: &Bound<PyAny>) -> PyResult<bool> {
     Ok(speaks_arrow(value)? || is_mapping(value)?)
 }
 
-fn speaks_arrow(value: &Bound<PyAny>) -> PyResult<bool> {
+/// Whether it gives its rows in Arrow's form.
+pub(crate) fn speaks_arrow(value: &Bound<PyAny>) -> PyResult<bool> {
     Ok(value.hasattr("__arrow_c_stream__")? || value.hasattr("__arrow_c_array__")?)
 }
 

@@ -27,6 +27,7 @@ mod road;
 mod run;
 mod simulator_study;
 mod study;
+mod sweep;
 mod table;
 mod value;
 

@@ -5,21 +5,18 @@ use crate::calibrate::totals;
 use crate::error::exception;
 use crate::given::given;
 use crate::operating_cycle::PyOperatingCycle;
-use crate::plan::{
-    cycle_id_of, number_of_cycles, plan_of, precision_of, seed_of, threads_of, with_trips,
-};
+use crate::plan::{cycle_id_of, plan_of, seed_of, with_trips};
 use crate::progress::watched;
-use crate::run::{PyRun, requeued, run};
+use crate::run::{PyRun, asked, run};
 use crate::study::{PyStudy, attribute, dictionary, of_source, setting, settings};
+use crate::sweep::sweep;
 use crate::table::Table;
 use crate::value::{inner_share, one_of, one_or_more, whole_number};
 use ocmc_api::study::{self, Files};
 use ocmc_api::{
-    Asked, BirdsEyeRequest, BoundRequest, CpuLevel, DoubtRequest, FORMATS, GivenDrive,
-    LAST_CYCLE_ID, OVERS, RangeRequest, SEASONS, SensitivityRequest, SizeRequest, TrainingRequest,
-    check_empty,
+    BirdsEyeRequest, BoundRequest, DoubtRequest, LAST_CYCLE_ID, OVERS, RangeRequest, SEASONS,
+    SensitivityRequest, SizeRequest, TrainingRequest, check_empty,
 };
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use std::collections::BTreeMap;
@@ -190,39 +187,8 @@ impl PyStudy {
         format: Option<&str>,
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
-        let loaded = with_trips(&self.loaded, trips)?;
-        let of_truck = loaded.study.nesting().trips_per_truck;
-        let precision = precision_of(precision)?;
-        let format = format.map(|word| one_of("format", word, &FORMATS)).transpose()?;
-        let may_lack = precision.is_some() || resume;
-        let cycles = number_of_cycles(cycles, trucks, of_truck, may_lack)?;
-        let last = LAST_CYCLE_ID - cycles.unwrap_or(MOST_UNSAID);
-        let first = first_cycle.map(|id| whole_number(id, "first_cycle", 0, last)).transpose()?;
-        let seed = seed.map(|seed| seed_of(Some(seed))).transpose()?;
-        let (threads, level) = (threads_of(threads)?, CpuLevel::best());
-        let asked = Asked {
-            loaded: Some(&loaded),
-            files: loaded.files().clone(),
-            seed,
-            first_cycle: first,
-            cycles,
-            precision,
-            format,
-            ..Asked::default()
-        };
-        match (out, resume) {
-            (Some(directory), true) => requeued(py, directory, asked, threads, progress),
-            (None, true) => Err(PyValueError::new_err("`resume` goes with `out`")),
-            (None, false) if format.is_some() => {
-                Err(PyValueError::new_err("`format` goes with `out`"))
-            }
-            (out, false) => {
-                let study = asked.load().map_err(exception)?;
-                let plan = asked.plan(&study, threads, None, level);
-                let out = out.map(|path| (path, format.unwrap_or_default()));
-                run(py, &study, &GivenDrive::nothing(), plan, asked.precision, out, progress)
-            }
-        }
+        let which = [cycles, trucks, trips, seed, first_cycle, threads];
+        asked(py, &self.loaded, which, precision, (out, resume, format), progress)
     }
 
     /// Drive given routes, or follow a given speed, with the study's drivers and trucks.
@@ -536,6 +502,80 @@ impl PyStudy {
         let found = watched(py, progress, |watch| ocmc_api::doubt(&request, watch))?;
         out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
         answer(py, &found)
+    }
+
+    /// Values of the study's keys, in a grid or one by one, on the same cycles: the mean of each point,
+    /// and how it differs from the first one.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : dict of str to list, list of dict, table, str or os.PathLike
+    ///     A dictionary from keys to lists of values is a grid: the last key goes through its values
+    ///     first, and a key with one value holds for all points. A list of dictionaries has the points
+    ///     one by one, as does a table, or its file, whose columns are keys and whose rows are points.
+    ///     What a point lacks is as in the study. Values are in the unit of their key, 1000 points at
+    ///     most.
+    /// cycles : int
+    ///     Number of cycles that each point drives, at least 1.
+    /// against : {"first", "base"}
+    ///     What the points are compared with: the first one, or the study as it is.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// column : str, optional
+    ///     The quantity that is compared, such as ``"mean_speed_mps"``, or another column of the
+    ///     records that is a number; by default the first consumption that all points have.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc sweep --json``: ``points``, each with its ``values``, its ``mean`` with
+    ///     its 95 % interval ``ci95``, its ``difference`` with ``difference_ci95``, and
+    ///     ``share_not_completed``, in the unit of ``column``. ``pandas.json_normalize`` makes a data
+    ///     frame of ``points``.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Before anything is driven, where a point is no study, two are the same, or there is nothing
+    ///     to compare; where a number is out of its range, or where there is no such column.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    /// >>> answer = study.sweep({"mission.payload_kg": [0, 10_000, 20_000]}, cycles=20)
+    /// >>> [point["values"]["mission.payload_kg"] for point in answer["points"]]
+    /// [0, 10000, 20000]
+    /// >>> answer["points"][2]["difference"] > answer["points"][1]["difference"] > 0.0
+    /// True
+    #[pyo3(
+        signature = (
+            points, *, cycles, against="first", seed=None, first_cycle=None, column=None,
+            threads=None, progress=None
+        ),
+        text_signature = "($self, points, *, cycles, against='first', seed=1, first_cycle=0, column=None, \
+                          threads=None, progress=None)"
+    )]
+    fn sweep<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        cycles: &Bound<'py, PyAny>,
+        against: &str,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+        column: Option<&str>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        sweep(py, &self.loaded, points, against, plan, column, progress)
     }
 
     /// Calibrate the study to the totals of a fleet's trips.
@@ -1065,9 +1105,6 @@ impl PyStudy {
         Ok((slf.get_type(), (dictionary(slf.py(), &ranged)?, allow_files)))
     }
 }
-
-/// Most cycles that are driven where nothing is said of their number.
-const MOST_UNSAID: u64 = 1_000_000;
 
 /// Most cycles of a crossed design.
 const MOST_CROSSED: u64 = 1_000_000;

@@ -4,17 +4,18 @@
 use crate::answer::warn;
 use crate::error::exception;
 use crate::pickle::{broken, checksum, read, stream_of};
+use crate::plan::{number_of_cycles, precision_of, seed_of, threads_of, with_trips};
 use crate::progress::watched;
 use crate::study::PyStudy;
 use crate::table::Table;
-use crate::value::one_of;
+use crate::value::{one_of, whole_number};
 use arrow_array::RecordBatch;
 use arrow_schema::SchemaRef;
 use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
-    Account, Answer, Asked, CpuLevel, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest,
-    MergeRequest, Precision, Record, RecordFormat, Reported, RequeueRequest, RunAnswer, RunPlan,
-    RunRequest, in_our_order, joined as whole, record_batch, records, schema, summed_up,
+    Account, Answer, Asked, CpuLevel, FORMATS, GROUP_ROWS, Gathered, GivenDrive, LAST_CYCLE_ID,
+    Manifest, MergeRequest, Precision, Record, RecordFormat, Reported, RequeueRequest, RunAnswer,
+    RunPlan, RunRequest, in_our_order, joined as whole, record_batch, records, schema, summed_up,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -104,8 +105,54 @@ pub(crate) fn run(
     Ok(PyRun { answer, records, routes: Vec::new() })
 }
 
+/// Most cycles that are driven where nothing is said of their number.
+const MOST_UNSAID: u64 = 1_000_000;
+
+/// Drives what `Study.run` is asked for: cycles, trucks, trips of each, seed, first cycle and threads;
+/// where to, whether that is resumed, and in which format.
+pub(crate) fn asked(
+    py: Python,
+    study: &LoadedStudy,
+    [cycles, trucks, trips, seed, first_cycle, threads]: [Option<&Bound<PyAny>>; 6],
+    precision: Option<&str>,
+    (out, resume, format): (Option<PathBuf>, bool, Option<&str>),
+    progress: Option<&Bound<PyAny>>,
+) -> PyResult<PyRun> {
+    let loaded = with_trips(study, trips)?;
+    let of_truck = loaded.study.nesting().trips_per_truck;
+    let precision = precision_of(precision)?;
+    let format = format.map(|word| one_of("format", word, &FORMATS)).transpose()?;
+    let may_lack = precision.is_some() || resume;
+    let cycles = number_of_cycles(cycles, trucks, of_truck, may_lack)?;
+    let last = LAST_CYCLE_ID - cycles.unwrap_or(MOST_UNSAID);
+    let first = first_cycle.map(|id| whole_number(id, "first_cycle", 0, last)).transpose()?;
+    let seed = seed.map(|seed| seed_of(Some(seed))).transpose()?;
+    let (threads, level) = (threads_of(threads)?, CpuLevel::best());
+    let asked = Asked {
+        loaded: Some(&loaded),
+        files: loaded.files().clone(),
+        seed,
+        first_cycle: first,
+        cycles,
+        precision,
+        format,
+        ..Asked::default()
+    };
+    match (out, resume) {
+        (Some(directory), true) => requeued(py, directory, asked, threads, progress),
+        (None, true) => Err(PyValueError::new_err("`resume` goes with `out`")),
+        (None, false) if format.is_some() => Err(PyValueError::new_err("`format` goes with `out`")),
+        (out, false) => {
+            let study = asked.load().map_err(exception)?;
+            let plan = asked.plan(&study, threads, None, level);
+            let out = out.map(|path| (path, format.unwrap_or_default()));
+            run(py, &study, &GivenDrive::nothing(), plan, asked.precision, out, progress)
+        }
+    }
+}
+
 /// Goes on with a run in a directory, or begins it where there is none.
-pub(crate) fn requeued(
+fn requeued(
     py: Python,
     directory: PathBuf,
     asked: Asked,

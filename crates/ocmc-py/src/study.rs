@@ -111,9 +111,14 @@ pub(crate) fn attribute<'py>(
 
 /// The setting of a key of a study to a value.
 pub(crate) fn setting(path: &str, value: &Bound<PyAny>) -> PyResult<String> {
-    let value = toml::Value::try_from(study_value(value, path)?)
-        .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
-    Ok(format!("{path}={value}"))
+    Ok(format!("{path}={}", written(path, value)?))
+}
+
+/// A value of a key as TOML.
+pub(crate) fn written(path: &str, value: &Bound<PyAny>) -> PyResult<String> {
+    let value = toml::Value::try_from(study_value(value, path)?);
+    let value = value.map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
+    Ok(value.to_string())
 }
 
 /// The settings of a dictionary of keys and values, if there is one.

@@ -28,6 +28,7 @@ from ocmc.plot._differences import differences
 from ocmc.plot._doubt import doubt
 from ocmc.plot._identified import identified
 from ocmc.plot._sensitivity import sensitivity
+from ocmc.plot._sweep import sweep
 from ocmc.plot._trace import trace
 from ocmc.plot._trucks import shares, trucks
 from ocmc.plot._validation import validation
@@ -47,6 +48,7 @@ __all__ = [
     "sensitivity",
     "shares",
     "state_of_charge",
+    "sweep",
     "trace",
     "trucks",
     "validation",

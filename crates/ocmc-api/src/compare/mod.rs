@@ -7,7 +7,7 @@ use crate::cost::{difference as cost_difference, sides_text};
 use crate::doubt::{JudgedDifference, cycles_of_difference, of_difference};
 use crate::error::Error;
 use crate::study_difference::beside_comparison;
-use crate::text::{effects, fact, took};
+use crate::text::{decimals_for, effects, fact, took};
 use crate::watch::{Watch, watched};
 use files::{KeptRun, kept_runs};
 use ocmc_core::study::Study;
@@ -111,8 +111,9 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     if others.is_empty() {
         return Err(Error::NothingToCompare);
     }
-    let quantity = column.as_deref().map(|name| column_named(name, studies)).transpose()?;
     let all: Vec<&Study> = studies.iter().map(|(_, loaded)| &loaded.study).collect();
+    let named = |name| column_named(name, all.iter().copied());
+    let quantity = column.as_deref().map(named).transpose()?;
     let clock = Instant::now();
     let pairs: Vec<[&LoadedStudy; 2]> = others.iter().map(|(_, b)| [*a, *b]).collect();
     let of_pairs: u64 = pairs.iter().map(|pair| cycles_of_difference(pair, plan).1).sum();
@@ -179,11 +180,11 @@ fn judged(
 }
 
 /// The quantity of a column that one of the studies has at least.
-fn column_named<'a>(
+pub(crate) fn column_named<'a, 'b>(
     name: &'a str,
-    studies: &[(String, &LoadedStudy)],
+    studies: impl Iterator<Item = &'b Study> + Clone,
 ) -> Result<NamedQuantity<'a>, Error> {
-    let parts = studies.iter().filter_map(|(_, loaded)| loaded.study.breakdown());
+    let parts = studies.filter_map(Study::breakdown);
     let parts = parts.flat_map(|columns| columns.names()).map(String::as_str);
     quantity_of_column(name, parts.clone()).ok_or_else(|| {
         let mut known: Vec<&str> = numeric_columns().collect();
@@ -343,5 +344,5 @@ fn judged_text(compared: &ComparedStudies) -> String {
 fn decimals_of(comparison: &Comparison, factor: f64) -> usize {
     let narrowest = comparison.adjusted.map(|adjusted| adjusted.ci95).or(comparison.ci95);
     let half_width = narrowest.map_or(0.0, |[low, high]| factor * (high - low) / 2.0);
-    if half_width > 0.0 { (1.0 - half_width.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 }
+    decimals_for(half_width)
 }

@@ -3,11 +3,10 @@
 use super::{ValidateAnswer, ValidatedRoad};
 use crate::answer::Answer;
 use crate::error::Error;
-use crate::text::cell;
+use crate::text::{cell, quoted};
 use ocmc_estimation::validation::ensemble::DriveScore;
 use ocmc_io::file_error::FileError;
 use ocmc_io::report::{RoadPicture, ValidationPage, validation_html};
-use ocmc_io::table::spreadsheet;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -169,15 +168,5 @@ impl ValidateAnswer {
             }
         }
         text
-    }
-}
-
-/// A word as a cell.
-fn quoted(word: &str) -> String {
-    let word = spreadsheet::written(word);
-    if word.contains([',', '"', '\n', '\r', ';']) {
-        format!("\"{}\"", word.replace('"', "\"\""))
-    } else {
-        word.into_owned()
     }
 }

@@ -62,6 +62,7 @@ pub(crate) use judged_effect::share_words;
 pub use judged_effect::{JudgedDoubt, NumbersShare, StoredDoubt};
 pub use judged_scale::MovedNumber;
 pub use schema::schema;
+pub use setting::{alternatives, value_of};
 pub use source::{Place, Source, SourceKind};
 
 use crate::given_cycle::{self, RouteOptions};

@@ -1,6 +1,6 @@
 //! One `--set key.path=VALUE`: a value of TOML, or a bare word, laid over the study file.
 
-use super::error::{Cause, Fault};
+use super::error::{Cause, Fault, StudyFileError};
 use super::node::{Content, Node};
 use super::source::{Place, Source, SourceKind, cut};
 use std::sync::Arc;
@@ -62,6 +62,71 @@ fn steps_of(key: &str) -> Option<Vec<String>> {
     }
 }
 
+/// The value of a setting.
+///
+/// # Errors
+/// [`StudyFileError`] where it has no key or no value, or begins like TOML and is none.
+pub fn value_of(setting: &str) -> Result<serde_json::Value, StudyFileError> {
+    let mut node = parse(setting)?;
+    // the key's own place stands on its value
+    while node.key_place.is_none()
+        && let Content::Table(entries) = &mut node.content
+        && let Some((_, below)) = entries.pop_first()
+    {
+        node = below;
+    }
+    Ok(node.to_json())
+}
+
+/// A key and the values that it is to take one by one, as in `vehicle.base=tractor-40t,rigid-12t`.
+/// Commas within lists, tables and strings do not separate values.
+///
+/// ```
+/// use ocmc_io::study::alternatives;
+/// let (key, values) = alternatives("a.b=[1, 2], \"x,y\", z")?;
+/// assert_eq!((key.as_str(), values), ("a.b", ["[1, 2]", "\"x,y\"", "z"].map(String::from).into()));
+/// # Ok::<(), ocmc_io::study::StudyFileError>(())
+/// ```
+///
+/// # Errors
+/// As [`value_of`], of each value.
+pub fn alternatives(setting: &str) -> Result<(String, Vec<String>), StudyFileError> {
+    let Some((key, values)) = setting.split_once('=') else {
+        parse(setting)?;
+        return Ok((setting.to_owned(), Vec::new()));
+    };
+    let values: Vec<String> = split(values).into_iter().map(|v| v.trim().to_owned()).collect();
+    values.iter().try_for_each(|value| parse(&format!("{key}={value}")).map(drop))?;
+    Ok((key.trim().to_owned(), values))
+}
+
+/// The pieces between the commas outside of lists, tables and strings.
+fn split(values: &str) -> Vec<&str> {
+    let mut pieces = Vec::new();
+    let (mut start, mut depth, mut quote) = (0, 0_usize, None);
+    // a word may hold brackets and apostrophes, but not begin with them
+    let (mut has_begun, mut is_escaped) = (false, false);
+    for (place, letter) in values.char_indices() {
+        match (quote, letter) {
+            (Some(_), _) if is_escaped => is_escaped = false,
+            (Some('"'), '\\') => is_escaped = true,
+            (Some(mark), letter) if mark == letter => quote = None,
+            (None, ',') if depth == 0 => {
+                pieces.push(&values[start..place]);
+                (start, has_begun) = (place + 1, false);
+                continue;
+            }
+            (None, '"' | '\'') if depth > 0 || !has_begun => quote = Some(letter),
+            (None, '[' | '{') if depth > 0 || !has_begun => depth += 1,
+            (None, ']' | '}') => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        has_begun |= !letter.is_whitespace();
+    }
+    pieces.push(&values[start..]);
+    pieces
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,6 +152,22 @@ mod tests {
         assert_eq!(leaf("a=[1, 2]"), ("a".into(), vec![1, 2].into()));
         assert_eq!(leaf("a.\"b c\"=true"), ("a.\"b c\"".into(), true.into()));
         assert_eq!(leaf("a.b=x=y"), ("a.b".into(), "x=y".into()));
+    }
+
+    #[test]
+    fn values_of_a_key_end_at_commas_that_are_no_part_of_one() {
+        let of = |setting: &str| alternatives(setting).unwrap().1;
+        assert_eq!(of("a=1, 2.5,x"), ["1", "2.5", "x"]);
+        assert_eq!(of("a=[1, [2, 3]], [4]"), ["[1, [2, 3]]", "[4]"]);
+        assert_eq!(of(r#"a={ b = "x,}", c = 'y,"' },2"#), [r#"{ b = "x,}", c = 'y,"' }"#, "2"]);
+        assert_eq!(of(r#"a="x\",y",'\',z"#), [r#""x\",y""#, r"'\'", "z"]);
+        assert_eq!(of("a=driver's,b[1,c]"), ["driver's", "b[1", "c]"]);
+        for setting in ["a=1,,2", "a=1,", "a", "a=[1,2", "=1,2", "a=\"x,y"] {
+            assert!(alternatives(setting).is_err(), "{setting}");
+        }
+        let value = value_of("a.b={ distribution = \"uniform\", lower = 1 }").unwrap();
+        assert_eq!(value, serde_json::json!({ "distribution": "uniform", "lower": 1 }));
+        assert_eq!(value_of("a.b=x").unwrap(), "x");
     }
 
     #[test]

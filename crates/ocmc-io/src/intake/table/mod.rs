@@ -21,6 +21,7 @@ pub mod source;
 pub mod spreadsheet;
 pub mod unit;
 mod word;
+mod words;
 
 pub use error::TableError;
 pub use mapping::Mapping;
@@ -29,6 +30,7 @@ pub use row::Row;
 use schema::ambiguous;
 pub use schema::{Column, Field, Schema, Style};
 pub use source::Source;
+pub use words::words;
 
 use crate::intake::Finding;
 use crate::intake::account::{FileAccount, ReadColumn};

@@ -1,0 +1,156 @@
+//! A sweep as a table, for people and as CSV.
+
+use super::{SweepAnswer, SweptPoint};
+use crate::text::{cell, decimals_for, fact, quoted, table, took};
+use ocmc_io::label::label;
+use ocmc_io::number_text::{grouped, percent};
+use serde_json::Value;
+use std::fmt::Write;
+use std::io;
+
+/// Longest value that the table shows, in characters.
+const LONGEST_VALUE: usize = 24;
+
+/// Columns of the CSV behind those of the keys.
+const COLUMNS: &str = "study_hash,column,mean,mean_low,mean_high,difference,difference_low,\
+                       difference_high,relative_difference,adjusted_difference,\
+                       adjusted_difference_low,adjusted_difference_high,pairs,cycles,\
+                       not_completed,share_not_completed";
+
+/// A value as it is written in a study, words without their marks.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(word) => word.clone(),
+        value => value.to_string(),
+    }
+}
+
+/// The end of a key that tells it from the others, two steps at least.
+fn short_name(key: &str, all: &[String]) -> String {
+    let steps: Vec<&str> = key.split('.').collect();
+    let ends = (2..steps.len()).map(|count| steps[steps.len() - count..].join("."));
+    let is_its_own = |end: &String| {
+        let as_end = format!(".{end}");
+        all.iter().filter(|other| *other == end || other.ends_with(&as_end)).count() == 1
+    };
+    ends.into_iter().find(is_its_own).unwrap_or_else(|| key.to_owned())
+}
+
+impl SweepAnswer {
+    pub(super) fn lines(&self) -> String {
+        let (plan, wall_s, driven) = self.driven;
+        let mut text = fact("study", &self.study);
+        text.push_str(&fact("keys", self.keys.join("\n           ")));
+        text.push_str(&fact("seed", plan.seed));
+        let (first, last) = (plan.first_cycle, plan.first_cycle + (plan.cycles - 1));
+        let cycles = format!("{} at each point, ids {first} to {last}", grouped(plan.cycles));
+        text.push_str(&fact("cycles", cycles));
+        text.push_str(&took(wall_s, plan.threads, driven));
+        let (label, factor) = label(&self.column);
+        if self.is_common {
+            let note = format!("compared by {label}, the first that all points have");
+            text.push_str(&fact("note", note));
+        }
+        let reference = if self.base.is_some() { "the study" } else { "the first point" };
+        let _ = writeln!(text, "\n{label}, mean of the fleet, and how it differs from {reference}");
+        text.push_str(&self.table(factor));
+        if self.rows().any(|point| point.mean.is_none()) {
+            let _ = writeln!(text, "\nA mean is - where no completed cycle has {}.", self.column);
+        }
+        text
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &SweptPoint> {
+        self.base.iter().chain(&self.points)
+    }
+
+    fn table(&self, factor: f64) -> String {
+        let half = |ci95: [f64; 2]| factor * (ci95[1] - ci95[0]) / 2.0;
+        let digits_of = |intervals: &dyn Fn(&SweptPoint) -> Option<[f64; 2]>| {
+            let widths = self.rows().filter_map(intervals).map(half).filter(|width| *width > 0.0);
+            decimals_for(widths.fold(f64::INFINITY, f64::min))
+        };
+        let (of_mean, of_change) = (digits_of(&|p| p.ci95), digits_of(&|p| p.difference_ci95));
+        let known = |number: Option<String>| number.unwrap_or_else(|| "-".to_owned());
+        let cells = |point: &SweptPoint| -> Vec<String> {
+            let value = |key: &String| {
+                let mut value = shown(&point.values[key]);
+                if let Some((end, _)) = value.char_indices().nth(LONGEST_VALUE) {
+                    value.truncate(end);
+                    value.push('…');
+                }
+                value
+            };
+            let mean = |mean: f64| format!("{:.of_mean$}", factor * mean);
+            let change = |change: f64| format!("{:+.of_change$}", factor * change);
+            let relative = |share: f64| format!("{:+.2}", 100.0 * share);
+            let of_point = [
+                known(point.mean.map(mean)),
+                known(point.ci95.map(|ci95| format!("{:.of_mean$}", half(ci95)))),
+                known(point.difference.map(change)),
+                known(point.difference_ci95.map(|ci95| format!("{:.of_change$}", half(ci95)))),
+                known(point.relative_difference.map(relative)),
+                percent(point.share_not_completed),
+            ];
+            self.keys.iter().map(value).chain(of_point).collect()
+        };
+        let mut rows: Vec<Vec<String>> = self.rows().map(cells).collect();
+        if let (Some(_), Some(first)) = (&self.base, rows.first_mut()) {
+            "the study".clone_into(&mut first[0]);
+        }
+        let names: Vec<String> = self.keys.iter().map(|key| short_name(key, &self.keys)).collect();
+        let head: Vec<&str> = names.iter().map(String::as_str).chain(HEAD).collect();
+        let wide = |column: usize| {
+            let cells = rows.iter().map(|row| row[column].chars().count());
+            let widest = cells.chain([head[column].chars().count()]).max().unwrap_or(0);
+            widest + if column == 0 { 0 } else { 2 }
+        };
+        let widths: Vec<usize> = (0..head.len()).map(wide).collect();
+        table(&widths, &head, rows)
+    }
+
+    /// Writes the table as CSV: the keys, then what each point takes, in the unit of the column.
+    /// Where the points are compared with the study, it is the first row, its keys empty.
+    ///
+    /// # Errors
+    /// Whatever the writer gives.
+    pub fn write_csv(&self, out: &mut impl io::Write) -> io::Result<()> {
+        let keys: Vec<String> = self.keys.iter().map(|key| quoted(key)).collect();
+        writeln!(out, "{},{COLUMNS}", keys.join(","))?;
+        for point in self.rows() {
+            for key in &self.keys {
+                match &point.values[key] {
+                    Value::Number(number) => write!(out, "{number},")?,
+                    value => write!(out, "{},", quoted(&shown(value)))?,
+                }
+            }
+            let interval = |ci95: Option<[f64; 2]>| {
+                let [low, high] = [0, 1].map(|end| cell(ci95.map(|ci95| ci95[end])));
+                format!("{low},{high}")
+            };
+            let adjusted = point.adjusted;
+            writeln!(
+                out,
+                "{},{},{},{},{},{},{},{},{},{},{},{},{}",
+                point.study_hash,
+                self.column,
+                cell(point.mean),
+                interval(point.ci95),
+                cell(point.difference),
+                interval(point.difference_ci95),
+                cell(point.relative_difference),
+                cell(adjusted.map(|adjusted| adjusted.difference)),
+                interval(adjusted.map(|adjusted| adjusted.ci95)),
+                point.pairs.map_or(String::new(), |pairs| pairs.to_string()),
+                self.cycles,
+                point.not_completed,
+                cell(Some(point.share_not_completed)),
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Columns of the table behind those of the keys.
+const HEAD: [&str; 6] = ["mean", "± 95 %", "difference", "± 95 %", "%", "failed %"];
