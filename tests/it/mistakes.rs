@@ -81,7 +81,10 @@ const WRITTEN: [(&str, &[&str]); 18] = [
     ),
     ("[[fleet.group]]\nname = \"a\"", &["`fleet.group.0.trucks` is missing"]),
     ("[fleet]\ngroup = 3", &["[[fleet.group]]"]),
-    ("[charging]", &[":2:2", "charging.reserve", "charging.stop_s"]),
+    (
+        "[charging]",
+        &[":2:2", "charging.reserve", "all that is missing there: `reserve`, `efficiency`"],
+    ),
     ("[cost]\nfuel_per_l = 1.5", &[":2:2", "cost.currency = \"EUR\""]),
     ("[weather]\ntemperature_k = 20", &[":3:1", "did you mean `temperature`"]),
     ("[road.types.urban]\nmean_length = 3", &[":3:1", "did you mean `mean_length_m`"]),

@@ -75,7 +75,8 @@ impl Key<'_> {
 
 /// The declarations of all keys: the JSON schema of a study, without references but to the laws.
 ///
-/// No key is required in it, because any key may be inherited.
+/// No key is required in it, because any key may be inherited: what a table needs that inherits
+/// nothing stands under `needed`.
 pub fn declarations() -> Value {
     let settings =
         SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
@@ -123,7 +124,10 @@ fn one_table_of(schema: &mut Schema) {
 
 /// Makes of the schema of a Rust type that of what is written in a file.
 fn as_written(schema: &mut Schema) {
-    schema.remove("required");
+    // a study may inherit any key; a table that nothing is inherited for needs these
+    if let Some(names) = schema.remove("required") {
+        schema.insert("needed".to_owned(), names);
+    }
     one_table_of(schema);
     // a file has no null: what may be absent is described as what it is where it is there
     if let Some(Value::Array(kinds)) = schema.get_mut("type") {

@@ -30,14 +30,17 @@ fn range_of(path: &str) -> Option<String> {
 }
 
 /// The keys that a table has to have, and that are not there.
-fn required_of(root: &Node, table: &str) -> Vec<String> {
+fn needed_of(here: &Node, table: &[Step]) -> Vec<String> {
     let declared = declarations();
-    let entry = Key(&declared).at(table).map(|key| key.entry().0.clone());
-    let required = entry.as_ref().and_then(|entry| entry["required"].as_array());
-    let names = required.into_iter().flatten().filter_map(|name| name.as_str());
-    let here = root.get(table);
-    let missing = names.filter(|name| here.is_none_or(|node| node.get(name).is_none()));
-    missing.map(|name| format!("`{table}.{name}`")).collect()
+    let names = table.iter().filter_map(|step| match step {
+        Step::Key(key) => Some(key.as_str()),
+        Step::Index(_) => None,
+    });
+    let entry = names.clone().try_fold(Key(&declared), Key::below).map(|key| key.entry().0.clone());
+    let needed = entry.as_ref().and_then(|entry| entry["needed"].as_array());
+    let names = needed.into_iter().flatten().filter_map(|name| name.as_str());
+    let missing = names.filter(|name| here.get(name).is_none());
+    missing.map(|name| format!("`{name}`")).collect()
 }
 
 /// Numbers that are infinite or none, each with its place.
@@ -152,15 +155,20 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
     let key = path_of(&steps);
     let allowed = range_of(&key).map_or_else(String::new, |range| format!(", allowed is {range}"));
     let fault = Fault::new(Cause::Missing { key, allowed }).at(place.as_ref());
+    let all = steps.split_last().map(|(_, table)| needed_of(parent, table)).unwrap_or_default();
     match steps.as_slice() {
-        [Step::Key(table), _] if table == "charging" => fault
-            .help(format!("what a charging plan needs: {}", required_of(root, table).join(", "))),
+        [_, ..] if all.len() > 1 => {
+            fault.help(format!("all that is missing there: {}", all.join(", ")))
+        }
         [Step::Key(table), Step::Key(key)] if table == "cost" && key == "currency" => {
             fault.help("the code of the currency of all prices: cost.currency = \"EUR\"")
         }
         [_] => fault.help("`study.base = \"field-truck\"` inherits what a study does not say"),
         [Step::Key(table), _] if table == "vehicle" => {
             fault.help("`vehicle.base = \"tractor-40t\"` inherits what a vehicle does not say")
+        }
+        [_, ..] if all.len() > 1 => {
+            fault.help(format!("all that is missing there: {}", all.join(", ")))
         }
         _ if !inherits(root) => fault.help(
             "a study without a base has to say everything: `study.base = \"field-truck\"` \
