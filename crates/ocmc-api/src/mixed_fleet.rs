@@ -27,6 +27,7 @@ use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
 use serde::Serialize;
+use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -214,8 +215,7 @@ fn driven(
         let request = RequeueRequest { directory, asked, given, threads, chunk: None, level };
         return requeue(&request, watch);
     }
-    let request =
-        RunRequest { study: &group.study, given, plan: plan.clone(), precision: None, out };
+    let request = RunRequest { study: &group.study, given, plan: *plan, precision: None, out };
     run(&request, &mut |_| (), watch)
 }
 
@@ -299,12 +299,14 @@ impl Answer for MixedFleetAnswer {
             + &fact("trips", grouped(cycles))
             + &fact("took", format!("{} s on {}", short(self.wall_s), threads_text(self.threads)));
         let trucks = count_of(self.trucks, "truck");
-        text +=
-            &format!("\n{trucks} in {count}: totals ± where another fleet of as many would lie\n");
+        let _ = writeln!(
+            text,
+            "\n{trucks} in {count}: totals ± where another fleet of as many would lie"
+        );
         text += &totals_text(&self.totals);
         for GroupAnswer { group, trucks, trips_per_truck, totals, .. } in &self.groups {
             let each = count_of(*trips_per_truck, "trip");
-            text += &format!("\n{group}: {}, {each} each\n", count_of(*trucks, "truck"));
+            let _ = writeln!(text, "\n{group}: {}, {each} each", count_of(*trucks, "truck"));
             text += &totals_text(totals);
         }
         text + &self.consumptions() + &self.arrivals()
@@ -346,7 +348,7 @@ impl MixedFleetAnswer {
     fn arrivals(&self) -> String {
         let own = self.groups.iter().filter_map(|group| {
             let arrivals = &group.run.summary.summary.truck_arrivals;
-            (!arrivals.is_empty()).then(|| (group.group.as_str(), "itself", arrivals))
+            (!arrivals.is_empty()).then_some((group.group.as_str(), "itself", arrivals))
         });
         let others = self.replaceable.iter();
         let others =

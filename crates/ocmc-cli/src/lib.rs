@@ -52,6 +52,7 @@ use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
 use simulator_study::SimulatorStudyArguments;
 use size::SizeArguments;
 use std::ffi::OsString;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use study::StudyCommand;
 use sweep::SweepArguments;
@@ -135,10 +136,10 @@ fn command() -> clap::Command {
     };
     let mut groups = String::new();
     for (group, names) in GROUPS {
-        groups += &format!("{group}:\n");
+        let _ = writeln!(groups, "{group}:");
         for name in names {
             let text = textwrap_at(&about(name), 80 - INDENT);
-            groups += &format!("  {name:<width$}{text}\n", width = INDENT - 2);
+            let _ = writeln!(groups, "  {name:<width$}{text}", width = INDENT - 2);
         }
         groups.push('\n');
     }

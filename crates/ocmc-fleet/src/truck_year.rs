@@ -253,10 +253,9 @@ impl TruckYearBuilder {
         };
         let truck_months = statistics(&self.months, 12 * years, 1);
         let truck_years = statistics(&self.years, years, 0);
-        let totals = Totals::of(&self.years, trucks.len(), years, |k, total| {
-            dependence
-                .is_shared()
-                .then(|| self.error_of_total(k, total, trucks.len(), years, totals))
+        let is_shared = dependence.is_shared();
+        let totals = Totals::of(&self.years, trucks.len(), years, is_shared, |k, total| {
+            self.error_of_total(k, total, trucks.len(), years, totals)
         });
         let components = components(&self.spread);
         Some(TruckSummary {
@@ -404,9 +403,8 @@ pub struct Total {
 }
 
 impl Total {
-    /// Sum of the totals of trucks. `shared` tells how sure it is where trucks share drivers or
-    /// days.
-    fn of_trucks(totals: &[f64], shared: Option<Option<Error>>) -> Self {
+    /// Sum of the totals of trucks that share nothing.
+    fn of_trucks(totals: &[f64]) -> Self {
         let n = totals.len() as f64;
         let total: f64 = totals.iter().sum();
         let mean = total / n;
@@ -415,11 +413,15 @@ impl Total {
             let sd = libm::sqrt(squares / (n - 1.0));
             student_975(n - 1.0) * sd * libm::sqrt(2.0 * n)
         };
-        let far = match shared {
-            Some(shared) => shared.map(|error| libm::sqrt(2.0) * error.half_width()),
-            None => (totals.len() > 1).then(by_trucks),
-        };
+        let far = (totals.len() > 1).then(by_trucks);
         Self { total, prediction95: far.map(|far| [total - far, total + far]) }
+    }
+
+    /// The same total of trucks that share drivers or days; `error` tells how sure it is.
+    fn of_shared(self, error: Option<Error>) -> Self {
+        let far = error.map(|error| libm::sqrt(2.0) * error.half_width());
+        let prediction95 = far.map(|far| [self.total - far, self.total + far]);
+        Self { prediction95, ..self }
     }
 
     /// Total of trips, (cycle id, amount) in the order of their ids, of trucks that make several.
@@ -437,8 +439,11 @@ impl Total {
             let each = of_truck / trips.len() as f64;
             trips.iter().map(move |(id, amount)| (*id, amount - each))
         });
-        let shared = dependence.is_shared().then(|| clusters.spread(influences));
-        Self::of_trucks(&totals, shared)
+        let of_trucks = Self::of_trucks(&totals);
+        if dependence.is_shared() {
+            return of_trucks.of_shared(clusters.spread(influences));
+        }
+        of_trucks
     }
 }
 
@@ -474,12 +479,13 @@ impl Totals {
         amounts
     }
 
-    /// `error` tells how sure a total is where trucks share drivers or days, and nothing otherwise.
+    /// `error` tells how sure a total is where trucks share drivers or days.
     fn of(
         years: &[TruckTime],
         trucks: usize,
         count: u64,
-        error: impl Fn(usize, f64) -> Option<Option<Error>>,
+        is_shared: bool,
+        error: impl Fn(usize, f64) -> Option<Error>,
     ) -> Self {
         let of = |k: usize| {
             let mut totals: Vec<(u64, f64)> = Vec::with_capacity(trucks);
@@ -492,7 +498,8 @@ impl Totals {
             }
             let total: f64 = totals.iter().map(|(_, value)| value).sum();
             let totals: Vec<f64> = totals.into_iter().map(|(_, value)| value).collect();
-            Some(Total::of_trucks(&totals, error(k, total)))
+            let of_trucks = Total::of_trucks(&totals);
+            Some(if is_shared { of_trucks.of_shared(error(k, total)) } else { of_trucks })
         };
         Self {
             distance_m: of(0),

@@ -157,9 +157,6 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
     let fault = Fault::new(Cause::Missing { key, allowed }).at(place.as_ref());
     let all = steps.split_last().map(|(_, table)| needed_of(parent, table)).unwrap_or_default();
     match steps.as_slice() {
-        [_, ..] if all.len() > 1 => {
-            fault.help(format!("all that is missing there: {}", all.join(", ")))
-        }
         [Step::Key(table), Step::Key(key)] if table == "cost" && key == "currency" => {
             fault.help("the code of the currency of all prices: cost.currency = \"EUR\"")
         }
@@ -167,13 +164,11 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
         [Step::Key(table), _] if table == "vehicle" => {
             fault.help("`vehicle.base = \"tractor-40t\"` inherits what a vehicle does not say")
         }
-        [_, ..] if all.len() > 1 => {
-            fault.help(format!("all that is missing there: {}", all.join(", ")))
-        }
         _ if !inherits(root) => fault.help(
             "a study without a base has to say everything: `study.base = \"field-truck\"` \
              inherits what it does not say",
         ),
+        _ if all.len() > 1 => fault.help(format!("all that is missing there: {}", all.join(", "))),
         _ => fault,
     }
 }

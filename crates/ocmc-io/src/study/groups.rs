@@ -96,16 +96,12 @@ pub(super) fn open_groups<S: AsRef<str>>(
         let study = finish(tree, files.clone(), &sets, origin.clone())?;
         groups.push(FleetGroup { name, trucks, study });
     }
-    match chosen {
-        None => Ok(Opened::Fleet(groups)),
-        Some(chosen) => match groups.pop() {
-            Some(group) => Ok(Opened::Study(Box::new(group.study))),
-            None => {
-                let fault = Fault::not_allowed("fleet.group", chosen, "the name of a group");
-                Err(fault.suggest(chosen, &names).into())
-            }
-        },
+    let Some(chosen) = chosen else { return Ok(Opened::Fleet(groups)) };
+    if let Some(group) = groups.pop() {
+        return Ok(Opened::Study(Box::new(group.study)));
     }
+    let fault = Fault::not_allowed("fleet.group", chosen, "the name of a group");
+    Err(fault.suggest(chosen, &names).into())
 }
 
 /// The group that a setting chooses.
