@@ -14,8 +14,8 @@ __all__ = [
     "OperatingCycle", "Run", "Study", "Table", "__version__", "benchmark", "calibrate_curve_speed",
     "compare", "detect_curves", "fit_curve_speed", "fit_fleet", "fit_operating_cycle",
     "fit_speed_change", "fit_traffic", "fit_weather", "identify", "joined", "label", "learn", "load",
-    "merge", "mixed_fleet", "road", "run_from", "simulator_study", "studies", "unpickled", "unpickled_table", "validate",
-    "vehicles",
+    "merge", "mixed_fleet", "road", "run_from", "simulator_study", "studies", "unpickled", "unpickled_table",
+    "validate", "vehicles",
 ]
 # fmt: on
 

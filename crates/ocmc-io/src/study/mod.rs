@@ -20,7 +20,7 @@
 //! - `vehicle.base`: a built-in vehicle or a file with the keys of `[vehicle]`, instead of an
 //!   inherited vehicle.
 //!
-//! Groups of a fleet, `[[fleet.group]]`, are a study each: [`groups`].
+//! Groups of a fleet, `[[fleet.group]]`, are a study each.
 //!
 //! Settings (`--set key.path=VALUE`) win over the file; numbers in their path are places in a list,
 //! from 0.
