@@ -15,6 +15,7 @@ use ocmc_api::{
     RunFormat, RunRequest, SUMMARY, WORKBOOK, check_cycles, directory_of, mappings, note_report,
     precision, stored_workbook,
 };
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// File of the answer of a fleet of groups.
@@ -266,9 +267,10 @@ fn run_fleet(
             return Err(Failure::Usage(text));
         }
     }
-    for warning in groups.iter().flat_map(|group| group.study.warnings()) {
-        warn(&warning);
-    }
+    // what holds for all groups is said once
+    let warnings: BTreeSet<String> =
+        groups.iter().flat_map(|group| group.study.warnings()).collect();
+    warnings.iter().for_each(|warning| warn(warning));
     let RunArguments { seed, threads, format, quiet, json, .. } = *arguments;
     let records = format.and_then(RunFormat::records).unwrap_or_default();
     let out = arguments.out.clone().map(|path| (path, records));
