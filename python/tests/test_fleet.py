@@ -189,7 +189,7 @@ def test_what_is_wrong_is_said(study):
         study.sensitivity(cycles=0)
     with pytest.raises(TypeError):
         ocmc.compare(study, "field-truck", cycles=10)
-    with pytest.raises(ValueError, match="1 row with"):
+    with pytest.raises(ValueError, match="1 cycle with"):
         study.sensitivity(cycles=1)
     with pytest.raises(ValueError, match='`against` is "last", allowed is one of: first, base'):
         study.sweep({DRAG: [5.5, 5.0]}, cycles=10, against="last")

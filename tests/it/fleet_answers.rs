@@ -215,7 +215,7 @@ fn what_cannot_be_analysed_is_said() {
                 "consumption_kwh_per_km",
             ],
             1,
-            "0 rows with",
+            "0 cycles with",
         ),
         (&["--precision", "0%"], 2, "p95:1%"),
         (&["--precision", "p96:1%"], 2, "p95:1%"),

@@ -270,7 +270,9 @@ fn run_fleet(
     // what holds for all groups is said once
     let warnings: BTreeSet<String> =
         groups.iter().flat_map(|group| group.study.warnings()).collect();
-    warnings.iter().for_each(|warning| warn(warning));
+    for warning in &warnings {
+        warn(warning);
+    }
     let RunArguments { seed, threads, format, quiet, json, .. } = *arguments;
     let records = format.and_then(RunFormat::records).unwrap_or_default();
     let out = arguments.out.clone().map(|path| (path, records));

@@ -16,6 +16,13 @@ pub struct FleetTotal<'a> {
     pub total: Total,
 }
 
+impl FleetTotal<'_> {
+    /// Whether it is used, emitted or paid, not how far or how long trucks drive.
+    pub fn is_answer(&self) -> bool {
+        !["distance", "time"].contains(&self.name)
+    }
+}
+
 /// Place of a total among all, by its name.
 pub fn place(name: &str) -> usize {
     let known = CARRIERS.iter().map(|declared| declared.name).chain(BEHIND);

@@ -17,16 +17,9 @@ pub(super) struct Step {
     pub(super) change: f64,
 }
 
-/// A round step between numbers of an axis: 1, 2 or 5 times a power of ten, four to eight of them.
-fn step(span: f64) -> f64 {
-    let wanted = (span / 4.0).max(f64::MIN_POSITIVE);
-    let power = 10_f64.powf(wanted.log10().floor());
-    [5.0, 2.0, 1.0].map(|times| times * power).into_iter().find(|s| *s <= wanted).unwrap_or(power)
-}
-
 /// Round numbers from 0 up to one.
 fn ticks(end: f64) -> Vec<f64> {
-    let step = step(end);
+    let step = svg::step(end);
     let last = (end * (1.0 + 1e-9) / step).floor() as u32;
     (0..=last).map(|k| f64::from(k) * step).collect()
 }
@@ -107,11 +100,8 @@ pub(super) fn waterfall([from, to]: [f64; 2], steps: &[Step]) -> String {
         level += step.change;
         level
     }));
-    let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
     let high = levels.iter().copied().fold(0.0, f64::max);
-    // from below the lowest on, so that the steps are to be seen
-    let base = (low - 0.6 * (high - low)).max(0.0);
-    let x = super::svg::Scale { from: [base, high], to: [left, right] };
+    let x = super::svg::Scale { from: [0.0, high], to: [left, right] };
     let mut text = begin(WIDTH, height, "Consumption from summer to winter by kinds of loss");
     let mut bar = |k: usize, name: &str, ends: [f64; 2], class: &str, words: &str| {
         let top = row * k as f64 + 4.0;
@@ -125,7 +115,7 @@ pub(super) fn waterfall([from, to]: [f64; 2], steps: &[Step]) -> String {
         );
         label(&mut text, [end + 8.0, top + 15.0], "start", "", words);
     };
-    bar(0, "summer", [base, from], "bar", &format!("{from:.3} kWh/km"));
+    bar(0, "summer", [0.0, from], "bar", &format!("{from:.3} kWh/km"));
     let mut level = from;
     for (k, step) in steps.iter().enumerate() {
         let ends = [level, level + step.change];
@@ -133,7 +123,7 @@ pub(super) fn waterfall([from, to]: [f64; 2], steps: &[Step]) -> String {
         bar(k + 1, &step.name, ends, class, &format!("{:+.3}", step.change));
         level = ends[1];
     }
-    bar(steps.len() + 1, "winter", [base, to], "bar", &format!("{to:.3} kWh/km"));
+    bar(steps.len() + 1, "winter", [0.0, to], "bar", &format!("{to:.3} kWh/km"));
     text + "</svg>\n"
 }
 
@@ -161,6 +151,15 @@ mod tests {
             assert!(!picture.contains("NaN") && !picture.contains("inf"), "{picture}");
             assert!(picture.contains("</svg>"));
         }
-        assert!(waterfall([1.1, 1.16], &steps).contains("-0.040"));
+        let waterfall = waterfall([1.1, 1.16], &steps);
+        assert!(waterfall.contains("-0.040"));
+        // bars begin at zero: their lengths are as the values
+        let bars = waterfall.split("class=\"bar\"").skip(1);
+        let widths = bars.map(|bar| {
+            let width = bar.split("width=\"").nth(1).and_then(|text| text.split('"').next());
+            width.and_then(|text| text.parse::<f64>().ok()).expect("a width")
+        });
+        let widths: Vec<f64> = widths.collect();
+        assert!((widths[1] / widths[0] - 1.16 / 1.1).abs() < 1e-3, "{widths:?}");
     }
 }

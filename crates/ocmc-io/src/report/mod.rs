@@ -70,7 +70,7 @@ const EXPLAINING: [(&str, &str, f64, bool); 14] = [
     ("urban_share", "urban share, %", 100.0, false),
     ("motorway_share", "motorway share, %", 100.0, false),
     ("n_curves", "curves", 1.0, true),
-    ("air_temperature_k", "air temperature, K", 1.0, false),
+    ("air_temperature_k", "air temperature, °C", 1.0, false),
     ("head_wind_mps", "head wind, m/s", 1.0, false),
     ("drag_area_m2", "drag area, m²", 1.0, false),
     ("driver_curve_speed_mps", "driver: curve speed, km/h", 3.6, false),

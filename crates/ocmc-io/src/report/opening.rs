@@ -4,8 +4,9 @@
 use super::energy::largest_losses;
 use super::svg::escaped;
 use super::{Explaining, Reported, shown};
+use crate::fleet_total::{FleetTotal, fleet_totals};
 use crate::label::{label, saturation};
-use crate::number_text::{count_of, decimals, grouped, rounded, two_digits};
+use crate::number_text::{count_of, decimals, grouped, rough, rounded, two_digits};
 use crate::run_directory::JudgedMean;
 use crate::study::NumbersShare;
 use ocmc_fleet::statistic::Statistic;
@@ -68,6 +69,21 @@ pub(super) fn key_numbers(run: &Reported) -> String {
         let (number, words) = (escaped(number), escaped(words));
         let _ = writeln!(text, "<div><b>{number}</b>{words}</div>");
     };
+    if let Some(trucks) = &summary.trucks {
+        let of = format!("of {}", count_of(trucks.trucks, "truck"));
+        let each = count_of(summary.cycles / trucks.trucks.max(1), "trip");
+        // what a fleet uses, emits and costs; how far it drives is below
+        let totals = fleet_totals(trucks).into_iter();
+        for FleetTotal { name, unit, factor, total } in totals.filter(FleetTotal::is_answer) {
+            let half = total
+                .prediction95
+                .map_or("–".to_owned(), |[low, high]| rough(factor * (high - low) / 2.0));
+            key(
+                &format!("{} ± {half} {unit}", rounded(factor * total.total)),
+                &format!("{name} {of}, {each} each"),
+            );
+        }
+    }
     if let Some(statistic) = summary.consumption() {
         let (unit, factor) = label(statistic.column);
         let half_width = statistic.ci95.map(|[low, high]| (high - low) / 2.0);

@@ -54,10 +54,25 @@ pub(super) fn level(text: &mut String, class: &str, [left, right]: [f64; 2], y: 
     );
 }
 
-/// Level lines at both ends of a scale and in its middle, with their values.
+/// A round step between numbers of an axis: 1, 2 or 5 times a power of ten, four to eight of them.
+pub(super) fn step(span: f64) -> f64 {
+    let wanted = (span / 4.0).max(f64::MIN_POSITIVE);
+    let power = 10_f64.powf(wanted.log10().floor());
+    [5.0, 2.0, 1.0].map(|times| times * power).into_iter().find(|s| *s <= wanted).unwrap_or(power)
+}
+
+/// Round numbers within a range, two to four of them.
+fn round_within([low, high]: [f64; 2]) -> Vec<f64> {
+    let step = step(2.0 * (high - low));
+    let first = (low / step - 1e-9).ceil() as i64;
+    let last = (high / step + 1e-9).floor() as i64;
+    // of a range without a width the one value
+    if high > low { (first..=last).map(|k| k as f64 * step).collect() } else { vec![low] }
+}
+
+/// Level lines at round numbers of a scale.
 pub(super) fn levels(text: &mut String, y: Scale, [left, right]: [f64; 2]) {
-    let [low, high] = y.from;
-    for value in [low, f64::midpoint(low, high), high] {
+    for value in round_within(y.from) {
         let place = y.at(value);
         level(text, "axis", [left, right], place);
         label(text, [left - 4.0, place + 4.0], "end", "", &rounded_short(value));
@@ -193,7 +208,9 @@ pub(super) fn bands(
     let outline = points(places(2).chain(places(0).rev()));
     let _ = writeln!(text, "<polygon class=\"band\" points=\"{outline}\"/>");
     let _ = writeln!(text, "<polyline class=\"line\" points=\"{}\"/>", points(places(1)));
-    let value = |band: &Band| rounded_short(factor * f64::midpoint(band.x[0], band.x[1]));
+    // records have K
+    let zero = if name.ends_with("°C") { 273.15 } else { 0.0 };
+    let value = |band: &Band| rounded_short(factor * f64::midpoint(band.x[0], band.x[1]) - zero);
     let last = association.bands.len() - 1;
     let middle = xs.partition_point(|at| *at < 0.5).min(last);
     // where the middle one lies beside an end, it has no room
@@ -236,5 +253,22 @@ pub(super) fn rounded_short(value: f64) -> String {
         text if text.trim_start_matches(['-', '0', '.']).is_empty() => "0".to_owned(),
         text if text.contains('.') => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
         _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_stand_at_round_numbers() {
+        assert_eq!(round_within([31.7, 48.2]), [35.0, 40.0, 45.0]);
+        assert_eq!(round_within([0.0, 100.0]), [0.0, 50.0, 100.0]);
+        assert_eq!(round_within([-1.0, 1.0]), [-1.0, 0.0, 1.0]);
+        assert_eq!(round_within([5.0, 5.0]), [5.0]);
+        for span in 1..2000 {
+            let count = round_within([0.37, 0.37 + f64::from(span) / 7.0]).len();
+            assert!((1..=5).contains(&count), "{span}: {count}");
+        }
     }
 }
