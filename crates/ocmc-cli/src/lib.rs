@@ -14,6 +14,7 @@ mod fit;
 mod interrupt;
 mod learn;
 mod log;
+mod mixed_fleet;
 mod output;
 mod progress;
 mod range;

@@ -3,23 +3,20 @@
 
 use crate::arguments::{FileOptions, TruckOptions, check_range, one_of, whole_number};
 use crate::failure::Failure;
+use crate::mixed_fleet::{FleetRun, check_options, run_fleet};
 use crate::output::{self, warn};
-use crate::progress::{busy, kept, watched};
+use crate::progress::{busy, kept};
 use clap::Args;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
-use ocmc_api::study::{self, Files, FleetGroup, Given, Opened};
+use ocmc_api::study::{self, Files, Given, Opened};
 use ocmc_api::{
     Answer, Asked, CpuLevel, DRAWS, Draw, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep,
-    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, MixedFleetRequest, Precision,
-    REPORT, RUN_FORMATS, RecordFormat, Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd,
-    RunFormat, RunRequest, SUMMARY, WORKBOOK, check_cycles, directory_of, mappings, note_report,
-    precision, stored_workbook,
+    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RUN_FORMATS,
+    RecordFormat, Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd, RunFormat, RunRequest,
+    SUMMARY, WORKBOOK, check_cycles, directory_of, mappings, note_report, precision,
+    stored_workbook,
 };
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-
-/// File of the answer of a fleet of groups.
-const FLEET: &str = "fleet.json";
 
 /// What the study is that nobody asked for.
 const DEFAULT_STUDY: &str = "`field-truck` has trucks of the 40 t class with 28 t in the mean, on \
@@ -176,7 +173,21 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
     let loaded = match opened.transpose()? {
         None => None,
         Some(Opened::Study(study)) => Some(study),
-        Some(Opened::Fleet(groups)) => return run_fleet(arguments, &groups, given),
+        Some(Opened::Fleet(groups)) => {
+            let given = [
+                ("--cycles", cycles.is_some()),
+                ("--trucks", fleet.trucks.is_some()),
+                ("--first-cycle", first_cycle.is_some()),
+                ("--precision", precision.is_some()),
+                ("--chunk", chunk.is_some()),
+                ("drive", !given.is_nothing()),
+            ];
+            check_options(&groups, &given)?;
+            let (out, resume) = (arguments.out.as_deref(), arguments.resume);
+            let (seed, format) = (seed.unwrap_or(1), arguments.format);
+            let of = FleetRun { seed, threads, level, out, format, resume, quiet, json };
+            return run_fleet(&groups, &of);
+        }
     };
     // what was set is in the study that was read
     let sets = if loaded.is_some() { &[] } else { &sets[..] };
@@ -240,68 +251,6 @@ fn check_workbook(has_workbook: bool, cycles: u64) -> Result<(), Failure> {
         return Ok(());
     }
     check_cycles(cycles).map_err(|error| Failure::Usage(format!("--format xlsx: {error}")))
-}
-
-/// Drives the groups of a fleet, and prints what they add up to.
-fn run_fleet(
-    arguments: &RunArguments,
-    groups: &[FleetGroup],
-    given: &GivenDrive,
-) -> Result<(), Failure> {
-    let RunArguments { cycles, first_cycle, precision, fleet, chunk, .. } = arguments;
-    let of_groups = "the study has groups, `[[fleet.group]]`, which say it";
-    for (name, given) in [
-        ("--cycles", cycles.is_some()),
-        ("--trucks", fleet.trucks.is_some()),
-        ("--first-cycle", first_cycle.is_some()),
-        ("--precision", precision.is_some()),
-        ("--chunk", chunk.is_some()),
-        ("drive", !given.is_nothing()),
-    ] {
-        if given {
-            let text = format!(
-                "{name} does not go with this study: {of_groups}; one of them: \
-                 --set fleet.group={}",
-                groups[0].name
-            );
-            return Err(Failure::Usage(text));
-        }
-    }
-    // what holds for all groups is said once
-    let warnings: BTreeSet<String> =
-        groups.iter().flat_map(|group| group.study.warnings()).collect();
-    for warning in &warnings {
-        warn(warning);
-    }
-    let RunArguments { seed, threads, format, quiet, json, .. } = *arguments;
-    let records = format.and_then(RunFormat::records).unwrap_or_default();
-    let out = arguments.out.clone().map(|path| (path, records));
-    let (seed, level) = (seed.unwrap_or(1), level(arguments.cpu_level)?);
-    let resume = arguments.resume;
-    let request = MixedFleetRequest { groups, seed, threads, level, out, resume };
-    let answer = watched(quiet, |watch| ocmc_api::mixed_fleet(&request, watch))?;
-    output::print(&answer, json)?;
-    match &arguments.out {
-        Some(path) => {
-            output::write(&path.join(FLEET), answer.to_indented_json())?;
-            for group in groups.iter().filter(|_| format == Some(RunFormat::Workbook)) {
-                let directory = &path.join(&group.name);
-                busy(quiet, "writing the workbook", || stored_workbook(directory, None))?;
-            }
-            if !quiet && !json {
-                let shown = path.display();
-                output::note(&format!(
-                    "Written: `{shown}`, a folder of each group's run, and `{FLEET}`."
-                ));
-            }
-        }
-        None if quiet || json => {}
-        None => output::note(&format!(
-            "More: --out DIR keeps each group's run; --set fleet.group={} answers one in full.",
-            shell_word(Path::new(&groups[0].name))
-        )),
-    }
-    Ok(())
 }
 
 /// The instructions to use.
