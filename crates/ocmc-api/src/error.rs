@@ -152,17 +152,17 @@ pub enum Error {
     /// Two points of a sweep that are the same study.
     #[error("{second} is the same study as {first}: leave one of them out")]
     SamePoints {
-        /// What the first one is called.
+        /// Name of the first one.
         first: String,
-        /// What the other one is called.
+        /// Name of the other one.
         second: String,
     },
     /// A point of a sweep that is no study.
     #[error("{point}: {source}")]
     SweptPoint {
-        /// What it is called.
+        /// Its name.
         point: String,
-        /// What is wrong with it.
+        /// Fault of it.
         source: StudyFileError,
     },
     /// A question about judged numbers to studies that have none.
@@ -218,7 +218,7 @@ pub enum Error {
     NoRankedDrivers {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of it.
         why: &'static str,
     },
     /// A study of which hardly a trip arrives with the loads and lengths of a table.
@@ -262,7 +262,7 @@ pub enum Error {
     /// Costs of a study without a completed trip.
     #[error("{study}: of {cycles} cycles none was completed, so that nothing has a cost")]
     NothingToCost {
-        /// What it is called.
+        /// Its name.
         study: String,
         /// Cycles that were driven.
         cycles: u64,
@@ -283,7 +283,7 @@ pub enum Error {
     Drive {
         /// Where the first drive stands.
         place: String,
-        /// What is wrong with it.
+        /// Fault of it.
         fault: TripError,
     },
     /// Bounds of a gain that are none.

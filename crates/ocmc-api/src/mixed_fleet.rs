@@ -48,7 +48,7 @@ pub struct MixedFleetRequest<'a> {
     pub resume: bool,
 }
 
-/// What a fleet adds up to.
+/// Totals of a fleet, and its groups.
 #[derive(Clone, Debug, Serialize)]
 pub struct MixedFleetAnswer {
     /// Study, or its file.
@@ -81,7 +81,7 @@ pub struct NamedTotal {
     pub total: Total,
 }
 
-/// What a group adds up to.
+/// A group of a fleet, and what it adds up to.
 #[derive(Clone, Debug, Serialize)]
 pub struct GroupAnswer {
     /// Name of the group.
@@ -94,7 +94,7 @@ pub struct GroupAnswer {
     pub trips_per_truck: u64,
     /// Totals of the group.
     pub totals: Vec<NamedTotal>,
-    /// What its run adds up to.
+    /// Answer of its run.
     pub run: RunAnswer,
 }
 

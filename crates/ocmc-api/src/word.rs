@@ -138,7 +138,7 @@ pub const OVERS: [Word<Over>; 2] = [
     ("truck", "Trucks, each by its total over its total", Over::Truck),
 ];
 
-/// What the points of a sweep can be compared with.
+/// References that the points of a sweep can have.
 pub const AGAINSTS: [Word<Against>; 2] =
     [("first", "The first point", Against::First), ("base", "The study as it is", Against::Base)];
 

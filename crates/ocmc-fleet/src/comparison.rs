@@ -123,7 +123,7 @@ impl AdjustedDifference {
     }
 }
 
-/// What adjusts the cycles of a study under a seed.
+/// Adjuster of the cycles of a study under a seed.
 pub(super) fn adjuster(
     study: &Study,
     seed: u64,

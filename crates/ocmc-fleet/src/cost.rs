@@ -37,12 +37,12 @@ pub struct TripPrices {
 }
 
 impl TripPrices {
-    /// Those of a study; none where it has none.
+    /// Prices of a study; none where it has none.
     pub fn of(study: &StudyModel) -> Option<Self> {
         Some(Self::new(study.cost.as_ref()?, &study.vehicle))
     }
 
-    /// Those of such trucks.
+    /// Prices of such trucks.
     pub fn new(cost: &CostModel, vehicle: &VehicleModel) -> Self {
         let costing = Costing::of(cost, vehicle);
         let central = Levelised::of(&costing, &State::central(&costing));
@@ -67,7 +67,7 @@ pub struct ItemCost {
     pub item: &'static str,
     /// Of the mean trip.
     pub per_trip: f64,
-    /// Of all trips that were driven.
+    /// Sum over all trips that were driven.
     pub all_trips: f64,
     /// Over distance, in 1/km.
     pub per_km: f64,
@@ -90,7 +90,7 @@ pub struct FleetOfTrucks {
     pub trucks: u64,
     /// Trips that each of them makes.
     pub trips_per_truck: u64,
-    /// What all of them cost, and where another fleet of as many lies.
+    /// Cost of all of them, and where another fleet of as many lies.
     pub cost: Total,
 }
 
@@ -164,7 +164,7 @@ pub struct FleetCost {
     pub trips: u64,
     /// Trips that were not.
     pub failed: u64,
-    /// What trucks that make several trips cost in all of them; none where each trip has its own.
+    /// Cost of trucks that make several trips; none where each trip has a truck of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fleet: Option<FleetOfTrucks>,
     /// Mean distance of a trip, in km.

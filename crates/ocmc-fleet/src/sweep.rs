@@ -22,7 +22,7 @@ pub struct SweptStudy {
     pub comparison: Option<Comparison>,
 }
 
-/// What the studies have been compared by, and each of them.
+/// Quantity by which studies were compared, and each of them.
 #[derive(Clone, Debug)]
 pub struct Sweep {
     /// Name of the quantity.

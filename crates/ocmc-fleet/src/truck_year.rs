@@ -468,7 +468,7 @@ impl Totals {
     /// The totals.
     const COUNT: usize = 5 + Carrier::COUNT;
 
-    /// Those of a truck: distance, duration, greenhouse gases, cost, then what it took.
+    /// Amounts of a truck: distance, duration, greenhouse gases, cost, then what it took.
     fn amounts(time: &TruckTime) -> [Option<f64>; Self::COUNT] {
         let mut amounts = [None; Self::COUNT];
         let (way_m, time_s) = (Some(time.distance_m), Some(time.duration_s));

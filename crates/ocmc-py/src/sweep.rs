@@ -29,7 +29,7 @@ pub(crate) fn sweep<'py>(
     answer(py, &watched(py, progress, |watch| ocmc_api::sweep(&request, watch))?)
 }
 
-/// What holds for all points, and the points.
+/// Settings that hold for all points, and the points.
 fn points_of(points: &Bound<PyAny>) -> PyResult<(Vec<String>, SweepPoints)> {
     if speaks_arrow(points)? || is_path(points)? {
         let list = SweepPoints::list(&input(points, "points")?).map_err(exception)?;

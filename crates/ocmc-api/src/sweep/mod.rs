@@ -22,7 +22,7 @@ use std::time::Instant;
 /// Most points of a sweep.
 pub const MOST_POINTS: usize = 1000;
 
-/// What the points of a sweep are compared with.
+/// Reference that the points of a sweep are compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Against {
@@ -38,9 +38,9 @@ pub enum Against {
 pub struct SweepRequest<'a> {
     /// The study, and what the answer calls it.
     pub study: (String, &'a LoadedStudy),
-    /// What is set in it, point by point.
+    /// Settings, point by point.
     pub points: SweepPoints,
-    /// What the points are compared with.
+    /// Reference of the points.
     pub against: Against,
     /// The cycles that each point drives.
     pub plan: RunPlan,
@@ -49,10 +49,10 @@ pub struct SweepRequest<'a> {
     pub column: Option<String>,
 }
 
-/// What the points take, and how they differ.
+/// Answer of a sweep: what its points take, and how they differ.
 #[derive(Clone, Debug, Serialize)]
 pub struct SweepAnswer {
-    /// What the study is called.
+    /// Name of the study.
     pub study: String,
     /// Hash of the resolved study.
     pub study_hash: String,
@@ -66,7 +66,7 @@ pub struct SweepAnswer {
     pub column: String,
     /// The keys that differ between the points.
     pub keys: Vec<String>,
-    /// What the points are compared with.
+    /// Reference of the points.
     pub against: Against,
     /// The study as it is, where the points are compared with it.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -123,7 +123,7 @@ impl SweepPoints {
         set.collect()
     }
 
-    /// What a point is called.
+    /// Name of a point.
     pub fn name(&self, point: usize) -> String {
         let settings = self.settings(point);
         if settings.is_empty() { "nothing set".to_owned() } else { settings.join(", ") }

@@ -13,7 +13,7 @@ use ocmc_fleet::route_summary::RouteSummary;
 use ocmc_fleet::statistic::Statistic;
 use std::io::{self, Seek, Write};
 
-/// What the columns of a quantity are.
+/// Columns of a quantity.
 const HEAD: [&str; 6] = [
     "quantity",
     "unit",
@@ -27,7 +27,7 @@ const ADJUSTED: [&str; 3] = ["adjusted mean", "adjusted, low", "adjusted, high"]
 /// Widths of the first columns.
 const WIDTHS: [usize; 2] = [34, 16];
 
-/// What has to be known of the table.
+/// Remarks on the table.
 const OVER: &str = "Mean: of the fleet, total over total, with its 95 % interval. SD and quantiles \
     count each cycle once. Intervals are those of sampling from the study: they hold neither the \
     error of the models nor that of judged numbers.";

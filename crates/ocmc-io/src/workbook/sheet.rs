@@ -16,7 +16,7 @@ const WIDTHS: [usize; 2] = [9, 60];
 /// The largest integer up to which a number of a spreadsheet holds each.
 const LARGEST_INTEGER: u64 = 1 << 53;
 
-/// What a cell holds. A text stays one, whatever it looks like: no cell is a formula.
+/// Content of a cell. A text stays one, whatever it looks like: no cell is a formula.
 pub(super) enum Cell<'a> {
     Empty,
     Number(f64),
