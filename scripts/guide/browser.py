@@ -80,8 +80,8 @@ class Browser:
         os.close(self._answers)
         self._profile.cleanup()
 
-    def size(self, width, height=900, *, dark=False):
-        """Set the size of the window in CSS pixels, and the colours that the person prefers."""
+    def size(self, width, height=900, *, dark=False, media=""):
+        """Set the size of the window in CSS pixels, the colours that the person prefers, and the medium."""
         self._ask(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -90,7 +90,7 @@ class Browser:
             mobile=False,
         )
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-        self._ask("Emulation.setEmulatedMedia", features=[scheme])
+        self._ask("Emulation.setEmulatedMedia", media=media, features=[scheme])
 
     def open(self, path):
         """Open a file and wait until it, its scripts and its fonts are there."""

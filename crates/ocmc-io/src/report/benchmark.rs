@@ -90,7 +90,7 @@ pub fn benchmark_html(page: &BenchmarkPage) -> String {
     }
     let _ = write!(
         text,
-        "<h2>In numbers</h2>\n<pre>{}</pre>\n<h2>Provenance</h2>\n<div class=\"wide\" \
+        "<h2>In numbers</h2>\n<pre tabindex=\"0\">{}</pre>\n<h2>Provenance</h2>\n<div class=\"wide\" \
          tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n",
         escaped(page.text),
         rows(page.facts)
@@ -151,7 +151,7 @@ fn picture(what: &str, bars: &[BenchmarkBar]) -> String {
     let n = bars.len();
     let drawn = |place: &usize| n <= 2 * DRAWN || *place < DRAWN || *place >= n - DRAWN;
     let shown: Vec<&BenchmarkBar> = (0..n).filter(drawn).map(|place| &bars[place]).collect();
-    let (width, step, left, right, head) = (760.0, 18.0, 200.0, 690.0, 24.0);
+    let (width, step, left, right, head) = (760.0, 26.0, 240.0, 720.0, 28.0);
     let low = shown.iter().map(|bar| bar.ci95[0]).fold(1.0, f64::min);
     let high = shown.iter().map(|bar| bar.ci95[1]).fold(1.0, f64::max);
     let x = Scale { from: [low, high], to: [left, right] };
@@ -164,7 +164,7 @@ fn picture(what: &str, bars: &[BenchmarkBar]) -> String {
          y2=\"{height:.1}\"/>"
     );
     for (value, anchor) in [(low, "start"), (1.0, "middle"), (high, "end")] {
-        word(&mut text, [x.at(value), 14.0], anchor, "", &format!("{value:.3}"));
+        word(&mut text, [x.at(value), 18.0], anchor, "", &format!("{value:.3}"));
     }
     for (k, bar) in shown.iter().enumerate() {
         let y = head + step * (k as f64 + 0.5);

@@ -84,7 +84,7 @@ pub fn doubt_html(page: &DoubtPage) -> String {
 /// Bars from the unmoved mean to both ends.
 fn picture(page: &DoubtPage, unit: &str, factor: f64, digits: usize) -> String {
     let bars = &page.bars[..page.bars.len().min(DRAWN)];
-    let (width, step, left, right) = (760.0, 26.0, 210.0, 640.0);
+    let (width, step, left, right) = (760.0, 26.0, 330.0, 680.0);
     let largest = bars.iter().flat_map(|bar| bar.ends).flatten().map(f64::abs);
     let largest = largest.fold(1e-12, f64::max);
     let x = Scale { from: [-largest, largest], to: [left, right] };
@@ -92,7 +92,7 @@ fn picture(page: &DoubtPage, unit: &str, factor: f64, digits: usize) -> String {
     let mut text = begin(width, height, "What the ends of the ranges do to the mean");
     for (k, bar) in bars.iter().enumerate() {
         let top = step * k as f64 + 22.0;
-        word(&mut text, [left - 64.0, top + 14.0], "end", "name", &bar.name.replace('_', " "));
+        word(&mut text, [left - 84.0, top + 14.0], "end", "name", &bar.name.replace('_', " "));
         for (class, end) in ["band", "bar"].iter().zip(bar.ends) {
             let Some(change) = end else { continue };
             let (from, to) = (x.at(0.0).min(x.at(change)), x.at(0.0).max(x.at(change)));
@@ -178,9 +178,9 @@ mod tests {
                     slopes 10 %.";
         assert!(page.replace('\u{a0}', " ").contains(said), "{page}");
         // 215 px to the left for −4, half as far to the right for 2, a quarter for 1
-        assert!(page.contains("x=\"210.0\" y=\"22.0\" width=\"215.0\""), "{page}");
-        assert!(page.contains("x=\"425.0\" y=\"22.0\" width=\"107.5\""), "{page}");
-        assert!(page.contains("x=\"425.0\" y=\"48.0\" width=\"53.8\""), "{page}");
+        assert!(page.contains("x=\"330.0\" y=\"22.0\" width=\"175.0\""), "{page}");
+        assert!(page.contains("x=\"505.0\" y=\"22.0\" width=\"87.5\""), "{page}");
+        assert!(page.contains("x=\"505.0\" y=\"48.0\" width=\"43.8\""), "{page}");
         assert!(page.contains("a &lt; b") && page.contains("a &amp; b") && page.contains("–"));
     }
 }

@@ -43,7 +43,11 @@ pub fn learn_html(page: &LearnPage) -> String {
             lead(&said) + &picture(points, unit, factor)
         }
     };
-    let _ = writeln!(text, "<h2>What was learnt</h2>\n<pre>{}</pre>", escaped(page.text));
+    let _ = writeln!(
+        text,
+        "<h2>What was learnt</h2>\n<pre tabindex=\"0\">{}</pre>",
+        escaped(page.text)
+    );
     if !page.standings.is_empty() {
         let rows = page.standings.iter().map(|[key, name, standing]| {
             let key = format!("<code>{}</code>", escaped(key));

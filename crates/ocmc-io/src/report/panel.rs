@@ -67,7 +67,10 @@ impl Panel {
     fn below(&self, text: &mut String, ticks: &[(f64, String)], name: &str, [near, far]: [f64; 2]) {
         let bottom = self.y.to[0];
         for (tick, words) in ticks {
-            label(text, [self.x.at(*tick), bottom + near], "middle", "", words);
+            let place = self.x.at(*tick);
+            // within the picture at its right edge
+            let anchor = if place > self.x.to[1] - 4.0 { "end" } else { "middle" };
+            label(text, [place, bottom + near], anchor, "", words);
         }
         let middle = f64::midpoint(self.x.to[0], self.x.to[1]);
         label(text, [middle, bottom + far], "middle", "name", name);

@@ -191,7 +191,7 @@ pub fn simulator_html(page: &SimulatorPage) -> String {
     for picture in page.pictures {
         let _ = writeln!(
             text,
-            "<figure>{}<figcaption>{}</figcaption></figure>",
+            "<figure tabindex=\"0\">{}<figcaption>{}</figcaption></figure>",
             picture.svg(),
             escaped(&picture.caption)
         );

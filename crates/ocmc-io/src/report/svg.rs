@@ -114,17 +114,45 @@ fn count_ticks(largest: u64) -> Vec<u64> {
     (1..=largest / step).map(|k| k * step).collect()
 }
 
+/// Marks whose names have no room beside each other share one, as in "P5, P50".
+fn named_once(marks: &[Mark], x: Scale) -> Vec<Mark> {
+    let mut named: Vec<Mark> = Vec::new();
+    for mark in marks {
+        match named.last_mut() {
+            Some(before)
+                if !mark.is_mean
+                    && !before.is_mean
+                    && (x.at(mark.value) - x.at(before.value)).abs() < 46.0 =>
+            {
+                let name = format!("{}, {}", std::mem::take(&mut before.name), mark.name);
+                named.push(Mark { name, ..*mark });
+            }
+            _ => named.push(Mark { name: mark.name.clone(), ..*mark }),
+        }
+    }
+    named
+}
+
+/// The first of some edges, one step apart, that is a multiple of so many steps: what is counted on
+/// from it is round. The very first where none is.
+fn first_round(edges: &[f64], every: usize) -> usize {
+    let step = (edges[1] - edges[0]) * every as f64;
+    let is_multiple = |edge: &f64| (edge / step - (edge / step).round()).abs() < 1e-6;
+    edges.iter().take(every).position(is_multiple).unwrap_or(0)
+}
+
 /// A histogram, with lines at some values; `what` is what is counted.
 pub(super) fn histogram(histogram: &Histogram, marks: &[Mark], unit: &str, what: &str) -> String {
     let (width, height, left, head, foot) = (720.0, 324.0, 64.0, 52.0, 56.0);
+    let right = width - 30.0;
     let edges = &histogram.edges;
-    let x = Scale { from: [edges[0], edges[edges.len() - 1]], to: [left, width - 10.0] };
+    let x = Scale { from: [edges[0], edges[edges.len() - 1]], to: [left, right] };
     let largest = histogram.counts.iter().copied().max().unwrap_or(1).max(1);
     let y = Scale { from: [0.0, largest as f64], to: [height - foot, head] };
     let mut text = begin(width, height, &format!("Histogram of {unit} over the {what}"));
     for tick in count_ticks(largest) {
         let place = y.at(tick as f64);
-        level(&mut text, "axis", [left, width - 10.0], place);
+        level(&mut text, "axis", [left, right], place);
         // not beside the names of the lines, nor at the numbers below
         if (head + 13.0..height - foot - 8.0).contains(&place) {
             label(&mut text, [left - 6.0, place + 4.0], "end", "", &grouped(tick));
@@ -145,7 +173,8 @@ pub(super) fn histogram(histogram: &Histogram, marks: &[Mark], unit: &str, what:
             d = histogram.decimals,
         );
     }
-    for Mark { value, name, is_mean } in marks {
+    let marks = named_once(marks, x);
+    for Mark { value, name, is_mean } in &marks {
         if !(x.from[0]..=x.from[1]).contains(value) {
             continue;
         }
@@ -168,7 +197,7 @@ pub(super) fn histogram(histogram: &Histogram, marks: &[Mark], unit: &str, what:
         label(&mut text, [place + shift, row], anchor, "", name);
     }
     let every = edges.len().div_ceil(9);
-    for edge in edges.iter().step_by(every) {
+    for edge in edges.iter().skip(first_round(edges, every)).step_by(every) {
         let words = format!("{edge:.*}", histogram.decimals);
         label(&mut text, [x.at(*edge), height - 34.0], "middle", "", &words);
     }
@@ -225,13 +254,13 @@ pub(super) fn bands(
 
 /// Horizontal bars of shares, each with its name and its text.
 pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
-    let (width, step, left) = (720.0, 28.0, 224.0);
+    let (width, step, left) = (720.0, 28.0, 250.0);
     let height = step * rows.len() as f64 + 6.0;
     let largest = rows.iter().map(|row| row.1.abs()).fold(0.0, f64::max).max(1e-12);
     let mut text = begin(width, height, what);
     for (k, (name, value, words)) in rows.iter().enumerate() {
         let top = step * k as f64 + 4.0;
-        let length = (width - left - 260.0) * value.abs() / largest;
+        let length = (width - left - 256.0) * value.abs() / largest;
         label(&mut text, [left - 8.0, top + 15.0], "end", "name", name);
         let _ = writeln!(
             text,
@@ -259,6 +288,19 @@ pub(super) fn rounded_short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_histogram_counts_from_a_round_edge_and_close_marks_share_a_name() {
+        let edges: Vec<f64> = (-3..16).map(|k| 0.01 * f64::from(k)).collect();
+        assert_eq!(first_round(&edges, 3), 0);
+        assert_eq!(first_round(&edges, 2), 1);
+        assert_eq!(first_round(&[0.3, 1.3, 2.3], 2), 0);
+        let x = Scale { from: [0.0, 100.0], to: [0.0, 100.0] };
+        let mark = |value, name: &str| Mark::quantile(value, name.to_owned());
+        let marks = [mark(0.0, "P5"), mark(20.0, "P50"), mark(90.0, "P95")];
+        let names: Vec<String> = named_once(&marks, x).into_iter().map(|mark| mark.name).collect();
+        assert_eq!(names, ["", "P5, P50", "P95"]);
+    }
 
     #[test]
     fn levels_stand_at_round_numbers() {
