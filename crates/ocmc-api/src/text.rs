@@ -73,6 +73,12 @@ pub(crate) fn as_many(names: &[String], room: usize) -> String {
     text
 }
 
+/// The same names at the end of a sentence.
+pub(crate) fn all_of(names: &[String], room: usize) -> String {
+    let text = as_many(names, room);
+    if text.ends_with("...") { text } else { text + "." }
+}
+
 /// The options of a range of cycles.
 pub(crate) fn range(plan: &RunPlan) -> String {
     let first = match plan.first_cycle {
@@ -101,4 +107,24 @@ pub(crate) fn quoted(word: &str) -> String {
 pub(crate) fn decimals_for(half_width: f64) -> usize {
     let is_known = half_width > 0.0 && half_width.is_finite();
     if is_known { (1.0 - half_width.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 }
+}
+
+/// Letters of a line that is folded.
+const WIDTH: usize = 80;
+
+/// Text in lines of at most 80 letters, each but the first behind an indent. A word that is longer
+/// stays whole.
+pub(crate) fn folded(text: &str, indent: &str) -> String {
+    let (mut lines, mut line) = (Vec::new(), String::new());
+    for word in text.split(' ') {
+        let is_begun = !line.trim().is_empty();
+        if is_begun && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            lines.push(std::mem::replace(&mut line, indent.to_owned()));
+        } else if is_begun || word.is_empty() {
+            line.push(' ');
+        }
+        line.push_str(word);
+    }
+    lines.push(line);
+    lines.join("\n")
 }

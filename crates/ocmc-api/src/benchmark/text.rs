@@ -1,7 +1,7 @@
 //! The answer as text.
 
 use super::{BenchmarkAnswer, BenchmarkLevel, BenchmarkMember, Compared};
-use crate::text::{fact, table};
+use crate::text::{fact, folded, table};
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rounded, short};
 use std::fmt::Write;
@@ -10,8 +10,6 @@ use std::fmt::Write;
 const SHOWN: usize = 10;
 /// Far rows that are named.
 const NAMED: usize = 3;
-/// Letters of a line.
-const WIDTH: usize = 80;
 
 /// A logarithm, or its SD, in %.
 fn percent(ln: f64) -> String {
@@ -68,30 +66,13 @@ pub(super) fn benchmark_text(answer: &BenchmarkAnswer) -> String {
         let head = ["", "against", "change", "95 %", "trips", "trucks"];
         text.push_str(&table(&[21, 16, 8, 17, 11, 7], &head, rows));
         for compared in &answer.compared {
-            let _ = writeln!(text, "{}", folded(&how(compared, compared_members(answer))));
+            let _ = writeln!(text, "{}", folded(&how(compared, compared_members(answer)), ""));
         }
     }
     for remark in &answer.remarks {
-        let _ = writeln!(text, "\n{}", folded(&format!("Note: {remark}.")));
+        let _ = writeln!(text, "\n{}", folded(&format!("Note: {remark}."), ""));
     }
     text
-}
-
-/// Text in lines of at most [`WIDTH`] letters.
-fn folded(text: &str) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        let line = lines.last_mut().expect("there is one");
-        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > WIDTH {
-            lines.push(word.to_owned());
-            continue;
-        }
-        if !line.is_empty() {
-            line.push(' ');
-        }
-        line.push_str(word);
-    }
-    lines.join("\n")
 }
 
 /// Members whose trips are compared: drivers where no trucks are named, and trips where nobody is.

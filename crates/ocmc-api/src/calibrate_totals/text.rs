@@ -1,7 +1,7 @@
 //! The answer of a calibration as text.
 
 use super::CalibrateTotalsAnswer;
-use crate::text::{as_many, table};
+use crate::text::{all_of, table};
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, percent, rounded, short};
 use std::fmt::Write;
@@ -85,7 +85,7 @@ pub(super) fn totals_text(answer: &CalibrateTotalsAnswer) -> String {
         .map(|numbers| numbers.name.replace('_', " "))
         .collect();
     if !still.is_empty() {
-        let _ = writeln!(text, "It says nothing of {}.", as_many(&still, ROOM));
+        let _ = writeln!(text, "It says nothing of {}", all_of(&still, ROOM));
     }
     for further in &answer.further {
         let _ = writeln!(

@@ -140,6 +140,8 @@ impl CompareAnswer {
             .map(|(compared, pairs)| PairPicture {
                 names: [&compared.study_a, &compared.study_b],
                 comparison: &compared.comparison,
+                cost: compared.cost.as_deref(),
+                keys: &compared.differing_keys,
                 pairs,
                 baseline: &self.kept[0].records,
             })

@@ -2,7 +2,7 @@
 
 use super::{Doubted, LearnAnswer};
 use crate::answer::Answer;
-use crate::text::{as_many, table};
+use crate::text::{all_of, folded, table};
 use ocmc_io::export::ExportKind;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, percent, short};
@@ -24,7 +24,8 @@ pub(super) fn learn_text(answer: &LearnAnswer) -> String {
             None => part.sources.clone(),
             Some(reason) => format!("not from {}: {reason}", part.sources),
         };
-        let _ = writeln!(text, "  {:20} {how}", part.what);
+        let line = format!("  {:20} {how}", part.what);
+        let _ = writeln!(text, "{}", folded(&line, &" ".repeat(23)));
     }
     if answer.parts.is_empty() {
         text.push_str(
@@ -39,7 +40,7 @@ pub(super) fn learn_text(answer: &LearnAnswer) -> String {
         }
     }
     text.push_str(&held_back(answer));
-    let _ = writeln!(text, "\nStays as it was judged: {}.", as_many(&words(&answer.judged), ROOM));
+    let _ = writeln!(text, "\nStays as it was judged: {}", all_of(&words(&answer.judged), ROOM));
     text.push_str("\nWhat the mean owes to judged numbers, each at both ends of its range\n");
     for doubted in &answer.doubt {
         let _ = writeln!(text, "  {}", line(doubted));
@@ -54,7 +55,7 @@ fn files(answer: &LearnAnswer) -> String {
     for file in &answer.files {
         let path = file.path.display().to_string();
         match (&file.left_out, file.kind) {
-            (Some(reason), _) => left_out.push(format!("  {path}: {reason}")),
+            (Some(reason), _) => left_out.push(folded(&format!("  {path}: {reason}"), "    ")),
             (None, kind) => by_kind.entry(kind).or_default().push(path),
         }
     }
@@ -68,7 +69,7 @@ fn files(answer: &LearnAnswer) -> String {
         Some([format!("  {}", kind.as_ref()?.words()), format!("{:>4}  {named}", paths.len())])
     });
     for [kind, paths] in rows {
-        let _ = writeln!(text, "{kind:20} {paths}");
+        let _ = writeln!(text, "{}", folded(&format!("{kind:20} {paths}"), &" ".repeat(27)));
     }
     if !left_out.is_empty() {
         let _ = writeln!(text, "Not used\n{}", left_out.join("\n"));

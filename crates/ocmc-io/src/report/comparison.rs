@@ -3,13 +3,15 @@
 use super::gathered::explaining;
 use super::opening::{lead, three_digits};
 use super::svg::{self, Mark, escaped};
-use super::tables::repeated;
+use super::tables::{cells, repeated, table};
 use super::{EXPLAINING, Explaining, FOOT, STYLE, folded, page_head, panels, strongest};
 use crate::label::label;
 use crate::number_text::{count_of, percent, rounded};
+use crate::study::KeyDifference;
 use ocmc_core::record::Record;
 use ocmc_fleet::association::association;
 use ocmc_fleet::comparison::{Comparison, PairOfValues};
+use ocmc_fleet::cost_difference::{CostDifference, Side};
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::quantity::quantity;
 use ocmc_fleet::statistic::Statistic;
@@ -17,6 +19,9 @@ use std::fmt::Write;
 
 /// Shares of the variance of the differences below which nothing is shown.
 const LEAST_SHARE: f64 = 0.01;
+
+/// Keys that are listed.
+const MOST_KEYS: usize = 40;
 
 /// A comparison, as far as its page needs it.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +41,10 @@ pub struct PairPicture<'a> {
     pub names: [&'a str; 2],
     /// The difference.
     pub comparison: &'a Comparison,
+    /// Which of them costs less; none where they have not both prices in one currency.
+    pub cost: Option<&'a CostDifference>,
+    /// The keys in which they differ.
+    pub keys: &'a [KeyDifference],
     /// The values of the pairs.
     pub pairs: &'a [PairOfValues],
     /// The records of A, in the order of their ids.
@@ -69,6 +78,8 @@ impl PairPicture<'_> {
         let name = escaped(self.names[1]);
         let mut text = if is_one_of_many { format!("<h2>B: {name}</h2>\n") } else { String::new() };
         text.push_str(&self.sentences());
+        text.push_str(&self.costs());
+        text.push_str(&self.differing_keys());
         text.push_str(&self.differences());
         text
     }
@@ -132,6 +143,46 @@ impl PairPicture<'_> {
         format!("<p class=\"soft\">A: {a}<br>B: {b}</p>\n{}", lead(&said))
     }
 
+    /// What both cost over the distance and the work of transport.
+    fn costs(&self) -> String {
+        let Some(cost) = self.cost else { return String::new() };
+        let line = |unit: &str, side: &Side| {
+            let range = |[low, high]: [f64; 2]| format!("{} to {}", rounded(low), rounded(high));
+            cells(&[
+                escaped(&format!("{}/{unit}", cost.currency)),
+                rounded(side.a),
+                rounded(side.b),
+                rounded(side.difference),
+                side.difference_ci95.map_or("–".to_owned(), range),
+                format!("{} %", percent(side.probability_a_cheaper)),
+            ])
+        };
+        let per_tkm = cost.per_tkm.iter().map(|side| line("tkm", side));
+        let rows = std::iter::once(line("km", &cost.per_km)).chain(per_tkm);
+        let head = ["cost", "A", "B", "B - A", "95 %", "P(A cheaper)"];
+        format!("<h2>Cost</h2>\n{}", table(&head, rows))
+    }
+
+    /// What B differs in.
+    fn differing_keys(&self) -> String {
+        let rows = self.keys.iter().take(MOST_KEYS).map(|key| {
+            let [a, b] = key.values().map(|value| escaped(&value));
+            let change = key.change().unwrap_or_default();
+            cells(&[format!("<code>{}</code>", escaped(&key.key)), a, b, change])
+        });
+        let more = match self.keys.len().saturating_sub(MOST_KEYS) {
+            0 => String::new(),
+            more => format!("<p class=\"soft\">And {}.</p>\n", count_of(more as u64, "more key")),
+        };
+        match self.keys {
+            [] => String::new(),
+            _ => format!(
+                "<h2>What differs in the studies</h2>\n{}{more}",
+                table(&["key", "A", "B", "change"], rows)
+            ),
+        }
+    }
+
     /// How the differences are spread, and what they go with.
     fn differences(&self) -> String {
         let (unit, factor) = label(&self.comparison.column);
@@ -146,6 +197,13 @@ impl PairPicture<'_> {
             0 => String::new(),
             n => format!(" {} lie outside the picture.", count_of(n, "pair")),
         };
+        let edges = &histogram.edges;
+        let same = if edges.iter().any(|edge| *edge <= 0.0) && edges.iter().any(|edge| *edge >= 0.0)
+        {
+            "a line where both take the same, and "
+        } else {
+            "zero, where both take the same, lies outside; "
+        };
         let what = format!("B less A, {unit}");
         let quantiles = statistic.quantiles.iter().filter_map(|quantile| {
             let name = quantile.name.to_uppercase();
@@ -159,7 +217,7 @@ impl PairPicture<'_> {
         let sd = statistic.sd.map_or_else(|| "–".to_owned(), rounded);
         format!(
             "<h2>Differences, pair by pair</h2>\n<figure>{}<figcaption>Number of cycles by how much more they take in B than in A; \
-             a line where both take the same and, dashed, at the difference of the fleets' means.{outside}</figcaption></figure>\n\
+             {same}a dashed line at the difference of the fleets' means.{outside}</figcaption></figure>\n\
              <div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>over the pairs</th><th>SD</th>{head}</tr></thead>\n<tbody><tr>\
              <td>{}</td><td>{sd}</td>{cells}</tr></tbody></table></div>\n{}",
             svg::histogram(histogram, &marks, &what, "cycles"),
@@ -227,7 +285,11 @@ mod tests {
         let comparison = &Comparison::of(litres, Dependence::default(), a, b);
         let pairs = &paired_values(litres, a, b);
         let names = ["plain <b>", "other"];
-        let picture = PairPicture { names, comparison, pairs, baseline: a };
+        let [one, other] = [1.0, 3.0].map(|value| Some(serde_json::json!(value)));
+        let keys =
+            [KeyDifference { key: "road.<k>".to_owned(), a: one, b: other, ratio: Some(3.0) }];
+        let picture =
+            PairPicture { names, comparison, cost: None, keys: &keys, pairs, baseline: a };
         comparison_html(&ComparisonPage {
             facts: &[("seed", "1".to_owned())],
             pictures: &[picture],
@@ -248,6 +310,8 @@ mod tests {
         assert!(
             page.contains("<h3>payload, t: 99 %</h3>") && page.contains("Difference over payload")
         );
+        assert!(page.contains("road.&lt;k&gt;") && page.contains("<td>times 3.000</td>"), "{page}");
+        assert!(page.contains("a line where both take the same"), "{page}");
         assert!(page.contains("plain &lt;b&gt;") && !page.contains("plain <b>"));
         assert!(page.contains("ocmc compare a.toml b.toml") && !page.contains("NaN"));
         let bars = page.matches("class=\"bar\"").count();

@@ -260,7 +260,7 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
     let mut text = begin(width, height, what);
     for (k, (name, value, words)) in rows.iter().enumerate() {
         let top = step * k as f64 + 4.0;
-        let length = (width - left - 256.0) * value.abs() / largest;
+        let length = (width - left - 264.0) * value.abs() / largest;
         label(&mut text, [left - 8.0, top + 15.0], "end", "name", name);
         let _ = writeln!(
             text,

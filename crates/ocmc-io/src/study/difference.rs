@@ -27,6 +27,23 @@ pub struct KeyDifference {
     pub ratio: Option<f64>,
 }
 
+impl KeyDifference {
+    /// The values in A and in B, in a few words.
+    pub fn values(&self) -> [String; 2] {
+        [&self.a, &self.b].map(|value| value.as_ref().map_or("none".to_owned(), brief))
+    }
+
+    /// How far B lies from A, where that is a ratio: as a share, or as a factor where it is large.
+    pub fn change(&self) -> Option<String> {
+        let ratio = self.ratio?;
+        Some(if (ratio - 1.0).abs() < 0.5 {
+            format!("{:+.1} %", 100.0 * (ratio - 1.0))
+        } else {
+            format!("times {}", rounded(ratio))
+        })
+    }
+}
+
 /// The keys in which B differs from A: what one of them lacks and words first, then numbers by how
 /// far their ratio is from 1.
 pub fn differences(a: &StudyModel, b: &StudyModel) -> Vec<KeyDifference> {
@@ -95,15 +112,9 @@ fn mean(value: &Value) -> Option<f64> {
 pub fn differences_text(differences: &[KeyDifference], most: usize) -> String {
     let shown = &differences[..differences.len().min(most)];
     let mut text = String::new();
-    for KeyDifference { key, a, b, ratio } in shown {
-        let [a, b] = [a, b].map(|value| value.as_ref().map_or("none".to_owned(), brief));
-        let change = match ratio {
-            Some(ratio) if (ratio - 1.0).abs() < 0.5 => {
-                format!(" ({:+.1} %)", 100.0 * (ratio - 1.0))
-            }
-            Some(ratio) => format!(" (times {})", rounded(*ratio)),
-            None => String::new(),
-        };
+    for difference in shown {
+        let (key, [a, b]) = (&difference.key, difference.values());
+        let change = difference.change().map_or(String::new(), |change| format!(" ({change})"));
         let values = format!("{a} -> {b}{change}");
         let one_line = key.len() + 2 + values.chars().count() <= WIDTH;
         let between = if one_line { "  " } else { "\n    " };
