@@ -14,6 +14,7 @@ use ocmc_fleet::ratio::Ratio;
 use ocmc_fleet::run::RunPlan;
 use ocmc_io::number_text::{count_of, grouped, rounded};
 use ocmc_io::study::{LoadedStudy, study_hash};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -27,7 +28,7 @@ pub struct BoundRequest<'a> {
 }
 
 /// How far the drivers are from what is possible.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct BoundAnswer {
     /// Name of the study.
     pub study: String,
@@ -59,7 +60,7 @@ pub struct BoundAnswer {
 }
 
 /// A part of the potential.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct PotentialShare {
     /// What it is of: `all`, `gears`, a kind of road, `remainder`, or a road type.
     pub name: String,
@@ -72,7 +73,7 @@ pub struct PotentialShare {
 }
 
 /// One cycle.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CycleBound {
     /// Its id.
     pub cycle_id: u64,

@@ -17,6 +17,7 @@ use ocmc_fleet::run::{RunPlan, records};
 use ocmc_io::number_text::{count_of, grouped, percent, rounded, share_text};
 use ocmc_io::study::{KeyDifference, differences};
 use ocmc_io::study::{LoadedStudy, study_hash};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -32,7 +33,7 @@ pub struct CostRequest<'a> {
 }
 
 /// What it costs.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CostAnswer {
     /// Master seed.
     pub seed: u64,
@@ -50,7 +51,7 @@ pub struct CostAnswer {
 }
 
 /// One study, or two and their difference.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Costed {
     /// One.
@@ -69,7 +70,7 @@ pub enum Costed {
 }
 
 /// What a study costs.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CostedStudy {
     /// What it is called.
     pub study: String,

@@ -1,6 +1,7 @@
 //! Why a question has no answer.
 
 use crate::progress::Progress;
+use crate::run::{LAST_CYCLE_ID, MOST_THREADS, RunPlan};
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_estimation::calibration::curve_speed::CalibrationError;
 use ocmc_estimation::fit::curve_speed::CurveSpeedFitError;
@@ -129,6 +130,19 @@ pub enum Error {
     /// A measured table that no law of a study gives back.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
+    /// Something that a run of groups has of each group.
+    #[error("`{0}` does not go with `fleet.group`: the study says it of each group")]
+    NotOfGroups(&'static str),
+    /// A precision that cannot be read.
+    #[error("{0}")]
+    Precision(String),
+    /// Cycles that there are not.
+    #[error(
+        "{} cycles from {} on {} threads: allowed are ids below {LAST_CYCLE_ID}, one cycle at least, \
+         and at most {MOST_THREADS} threads",
+        .0.cycles, .0.first_cycle, .0.threads
+    )]
+    NoSuchCycles(RunPlan),
     /// A comparison of fewer than two studies.
     #[error("a study is compared with another one: give two at least")]
     NothingToCompare,

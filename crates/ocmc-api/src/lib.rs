@@ -19,6 +19,7 @@
 //! ```
 
 mod answer;
+pub mod ask;
 mod benchmark;
 mod birds_eye;
 mod bound;

@@ -26,6 +26,7 @@ use ocmc_io::fleet_total::{FleetTotal, fleet_totals, place};
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -49,7 +50,7 @@ pub struct MixedFleetRequest<'a> {
 }
 
 /// Totals of a fleet, and its groups.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct MixedFleetAnswer {
     /// Study, or its file.
     pub study: String,
@@ -70,7 +71,7 @@ pub struct MixedFleetAnswer {
 }
 
 /// A total of a fleet, or of a group.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct NamedTotal {
     /// Name of it.
     pub name: String,
@@ -82,7 +83,7 @@ pub struct NamedTotal {
 }
 
 /// A group of a fleet, and what it adds up to.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct GroupAnswer {
     /// Name of the group.
     pub group: String,
@@ -99,7 +100,7 @@ pub struct GroupAnswer {
 }
 
 /// Trucks of a group whose trips arrive with the truck of another one.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Replaceable {
     /// Name of the group whose trips are driven.
     pub group: String,

@@ -1,9 +1,11 @@
 //! How far the work on a question is: the caller can watch it, and end it.
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::ops::ControlFlow;
 
 /// How far the work is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Progress {
     /// Of what: `cycles`, `trips`, `events`, `logs` that are read, or cycles on both sides of
     /// uncertain numbers.

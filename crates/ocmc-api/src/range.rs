@@ -13,6 +13,7 @@ use ocmc_fleet::run::RunPlan;
 use ocmc_io::number_text::{count_of, grouped};
 use ocmc_io::run_directory::{RunDirectoryError, read_groups};
 use ocmc_io::study::LoadedStudy;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -28,7 +29,7 @@ pub struct RangeRequest<'a> {
 }
 
 /// How far the trucks come.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RangeAnswer {
     /// What the study, or the run, is called.
     pub source: String,

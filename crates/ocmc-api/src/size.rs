@@ -11,7 +11,8 @@ use ocmc_fleet::run::RunPlan;
 use ocmc_fleet::size::{SizeFor, Sizing, TriedSize, drive_some, of_season};
 use ocmc_io::number_text::{count_of, grouped};
 use ocmc_io::study::LoadedStudy;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -31,7 +32,7 @@ pub struct SizeRequest<'a> {
 }
 
 /// A season of the north.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Season {
     /// December, January and February.
@@ -55,7 +56,7 @@ impl Season {
 }
 
 /// How large the battery has to be.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SizeAnswer {
     /// What the study is called.
     pub source: String,

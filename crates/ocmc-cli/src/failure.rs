@@ -15,6 +15,9 @@ pub(crate) enum Failure {
     /// A question without an answer.
     #[error(transparent)]
     Question(Error),
+    /// JSON that asks nothing.
+    #[error("{0}")]
+    NoQuestion(String),
     /// A file that exists already.
     #[error("`{}` exists already", path.display())]
     Exists { path: PathBuf },

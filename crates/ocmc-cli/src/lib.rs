@@ -3,6 +3,7 @@
 
 mod analysis;
 mod arguments;
+mod ask;
 mod benchmark;
 mod bound;
 mod calibrate;
@@ -32,6 +33,7 @@ mod vecto;
 mod verify;
 
 use analysis::{CompareArguments, DoubtArguments, SensitivityArguments};
+use ask::AskArguments;
 use benchmark::BenchmarkArguments;
 use bound::BoundArguments;
 use calibrate::CalibrateCommand;
@@ -109,6 +111,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
             "training",
             "trace",
             "vecto",
+            "ask",
         ],
     ),
     ("Describe", &["study", "cycle", "road"]),
@@ -186,6 +189,8 @@ enum Command {
     /// Drives a study at many points, values of its keys, on the same cycles: the mean of each and the
     /// paired difference to the first
     Sweep(SweepArguments),
+    /// Answers a question that is JSON, in lines of JSON: for pages and other programs
+    Ask(AskArguments),
     /// Finds what the answer owes to numbers that nobody measured: each at both ends of its range
     Doubt(DoubtArguments),
     /// Costs a study: per trip, km, tkm, truck-year and whole life, item by item; or two of them
@@ -270,6 +275,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
         Some(Command::Sweep(arguments)) => sweep::sweep(arguments),
+        Some(Command::Ask(arguments)) => ask::ask_question(arguments),
         Some(Command::Doubt(arguments)) => analysis::doubt(arguments),
         Some(Command::Cost(arguments)) => cost::cost(arguments),
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),

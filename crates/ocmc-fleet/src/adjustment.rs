@@ -36,6 +36,7 @@ use super::ratio::student_975;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use ocmc_core::study::Study;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -55,7 +56,7 @@ const ROUNDS: usize = 3;
 const OVER_MEDIAN: f64 = 1.4826;
 
 /// An adjusted value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Adjusted {
     /// The value.
     pub value: f64,
@@ -64,7 +65,7 @@ pub struct Adjusted {
 }
 
 /// The adjusted values of a quantity.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AdjustedStatistic {
     /// Mean of the fleet.
     pub mean: f64,

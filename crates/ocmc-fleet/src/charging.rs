@@ -2,13 +2,14 @@
 
 use super::parts::add_known;
 use ocmc_core::record::{Outcome, Record};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Charging stops from which on trips are counted together.
 const MOST_STOPS: usize = 5;
 
 /// Charging of a fleet's trips, where its study says how.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ChargingSummary {
     /// Trips with a battery and a policy.
     pub trips: u64,

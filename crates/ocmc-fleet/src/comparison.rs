@@ -25,6 +25,7 @@ use super::run::{RunPlan, records};
 use super::uncertainty::{Effects, ParameterUncertainty};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -34,7 +35,7 @@ use std::sync::Arc;
 pub const ROUNDING: f64 = 1e-5;
 
 /// How study B differs from study A.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Comparison {
     /// Name of the quantity.
     pub column: String,
@@ -80,7 +81,7 @@ pub struct Comparison {
 }
 
 /// A difference of adjusted means.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct AdjustedDifference {
     /// B less A.
     pub difference: f64,

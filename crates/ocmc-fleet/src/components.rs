@@ -7,6 +7,7 @@
 //! by the analysis of variance for trucks with different numbers of trips. Source: S. R. Searle, G.
 //! Casella, C. E. McCulloch, *Variance Components* (1992), section 3.6 \[PK\].
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Count, mean and squares about the mean, by B. P. Welford's update.
@@ -39,7 +40,7 @@ impl Spread {
 }
 
 /// How the consumption of trips is spread between trucks and within them, each trip counted once.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Components {
     /// Variance between trucks; as it is estimated, so that it may be negative.
     pub between_variance: f64,

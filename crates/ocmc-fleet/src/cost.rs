@@ -23,6 +23,7 @@ use ocmc_core::cost::state::State;
 use ocmc_core::record::Record;
 use ocmc_core::study::StudyModel;
 use ocmc_core::vehicle::VehicleModel;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// States of the world that are drawn where a price is a law: a probability of one half has a
@@ -61,7 +62,7 @@ impl TripPrices {
 }
 
 /// An item of the cost, or all of it, in the currency of the study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ItemCost {
     /// Name of the item; `total` for all.
     pub item: &'static str,
@@ -84,7 +85,7 @@ pub struct ItemCost {
 }
 
 /// Cost of a fleet of trucks.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FleetOfTrucks {
     /// Trucks.
     pub trucks: u64,
@@ -95,7 +96,7 @@ pub struct FleetOfTrucks {
 }
 
 /// How the total differs between states of the world.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CostSpread {
     /// States that were drawn.
     pub states: u64,
@@ -112,7 +113,7 @@ pub struct CostSpread {
 }
 
 /// Mean and percentiles over states of the world, or over trips.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Percentiles {
     /// Mean.
     pub mean: f64,
@@ -125,7 +126,7 @@ pub struct Percentiles {
 }
 
 /// Which share of the variance between states of the world an input explains.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct InputShare {
     /// Path of its key.
     pub key: String,
@@ -140,7 +141,7 @@ pub struct InputShare {
 }
 
 /// What the trips of a fleet emit over distance.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FleetEmissions {
     /// From tank to wheel, in kg of CO2 per km.
     pub tank_to_wheel_kg_per_km: f64,
@@ -156,7 +157,7 @@ pub struct FleetEmissions {
 }
 
 /// What a fleet costs.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FleetCost {
     /// Code of the currency.
     pub currency: String,

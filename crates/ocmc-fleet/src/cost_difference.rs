@@ -22,6 +22,7 @@ use ocmc_core::cost::costing::{BREAK_EVEN_KEYS, Costing, Input, Trip};
 use ocmc_core::cost::levelised::Levelised;
 use ocmc_core::cost::state::State;
 use ocmc_core::study::Study;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Bootstrap samples of the trips behind an interval: percentiles of 2.5 % lie between the fifth
@@ -29,7 +30,7 @@ use serde::Serialize;
 pub const RESAMPLES: u64 = 200;
 
 /// Which of two fleets costs less.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CostDifference {
     /// Code of the currency of both.
     pub currency: String,
@@ -52,7 +53,7 @@ pub struct CostDifference {
 }
 
 /// A and B, over one denominator.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Side {
     /// Of A, at the centres of the prices.
     pub a: f64,
@@ -75,7 +76,7 @@ pub struct Side {
 }
 
 /// Where two fleets cost the same.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct BreakEven {
     /// At the centres of the prices; none where one fleet is always cheaper.
     pub value: Option<f64>,
@@ -88,7 +89,7 @@ pub struct BreakEven {
 }
 
 /// A price at which two fleets cost the same.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct BreakEvenPrice {
     /// Path of its key.
     pub key: String,

@@ -30,6 +30,7 @@ use super::quantile::quantile;
 use super::quantity::NamedQuantity;
 use super::statistic::standard_deviation;
 use ocmc_core::record::Record;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -50,7 +51,7 @@ pub struct Moved<'a> {
 }
 
 /// A change, and how well it is known.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Change {
     /// Moved less unmoved.
     pub by: f64,
@@ -59,7 +60,7 @@ pub struct Change {
 }
 
 /// Changes by moved numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Changes {
     /// Change of the fleet's mean.
     pub mean: Change,
@@ -72,7 +73,7 @@ pub struct Changes {
 }
 
 /// Mean of a fleet, standard deviation and 95th percentile over its cycles; or changes of them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Shape {
     /// Mean of the fleet.
     pub mean: f64,

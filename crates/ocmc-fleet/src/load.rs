@@ -12,6 +12,7 @@ use super::quantile::quantile;
 use ocmc_core::charging::event::{ChargingPlace, QUARTER_HOUR_S};
 use ocmc_core::random::nesting::DAYS_OF_YEAR;
 use ocmc_core::record::Record;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -41,7 +42,7 @@ pub struct Load {
 }
 
 /// The load curves of a fleet.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(transparent)]
 pub struct LoadCurves {
     /// Those of each kind of chargers that was used, in the order of [`ChargingPlace::ALL`].
@@ -52,7 +53,7 @@ pub struct LoadCurves {
 }
 
 /// What the load curve of a kind of chargers says in a few numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LoadOfPlace {
     /// The chargers.
     pub place: ChargingPlace,

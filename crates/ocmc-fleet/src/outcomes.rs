@@ -1,7 +1,10 @@
 //! How the cycles of a fleet ended.
 
 use ocmc_core::record::Outcome;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// Number of cycles by outcome, in the order of [`Outcome::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +34,17 @@ impl Outcomes {
     /// Number of cycles that count, of what they drove.
     pub fn counted(&self) -> u64 {
         self.of(Outcome::Completed) + self.of(Outcome::Depleted)
+    }
+}
+
+/// As it is serialised.
+impl JsonSchema for Outcomes {
+    fn schema_name() -> Cow<'static, str> {
+        "Outcomes".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        generator.subschema_for::<BTreeMap<String, u64>>()
     }
 }
 

@@ -4,8 +4,10 @@
 use ocmc_core::breakdown::{Amount, Axis, BreakdownColumns, MOST_AMOUNTS};
 use ocmc_core::energy::carrier::{CARRIERS, Carrier};
 use ocmc_core::record::Record;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// What one part took.
@@ -34,6 +36,25 @@ pub struct Taken {
     pub amount: f64,
     /// In the unit of its consumption; none where nothing was driven.
     pub consumption: Option<f64>,
+}
+
+/// As it is serialised.
+impl JsonSchema for FleetPart {
+    fn schema_name() -> Cow<'static, str> {
+        "FleetPart".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let number = generator.subschema_for::<Option<f64>>();
+        let word = generator.subschema_for::<String>();
+        json_schema!({
+            "description": "What a part of the trips took: of each carrier the amount and the consumption",
+            "type": "object",
+            "properties": { "by": word, "part": word },
+            "required": ["by", "part", "distance_m", "duration_s", "wheel_energy_j"],
+            "additionalProperties": number,
+        })
+    }
 }
 
 impl Serialize for FleetPart {

@@ -11,6 +11,7 @@
 use super::quantile::LEVELS;
 use super::summary::SummaryBuilder;
 use ocmc_core::record::Record;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -21,7 +22,7 @@ pub const FIRST_CHECK: u64 = 250;
 const GROWTH: f64 = 1.25;
 
 /// What has to be known, and how well.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Precision {
     /// `mean`, or the name of a quantile as in [`LEVELS`].
@@ -31,7 +32,7 @@ pub struct Precision {
 }
 
 /// How well it is known.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Reached {
     /// What was asked for.
     #[serde(flatten)]

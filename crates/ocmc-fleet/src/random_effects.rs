@@ -16,11 +16,12 @@ use super::sensitivity::SensitivityError;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_core::random::{Factor, PickFreeze, StreamSet};
 use ocmc_core::study::Study;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::ops::ControlFlow;
 
 /// Shares of the variance in a crossed design of cycles and drivers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TwoWay {
     /// Cycles that every driver completed and that have the quantity with each of them.
     pub cycles: u64,

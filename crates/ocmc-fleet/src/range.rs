@@ -7,6 +7,7 @@ use super::run::{Ranges, RunPlan, run_with};
 use ocmc_core::kernel::drive::scheduler::{Deliver, Driving, sampled};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
@@ -40,7 +41,7 @@ impl RangeTrip {
 }
 
 /// How far trucks come.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RangeSummary {
     /// Of all trips.
     #[serde(flatten)]
@@ -54,7 +55,7 @@ pub struct RangeSummary {
 }
 
 /// How far the trips of a group come.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RangeOf {
     /// Trips.
     pub trips: u64,
@@ -67,7 +68,7 @@ pub struct RangeOf {
 }
 
 /// The longest trip with which a share of the trucks arrives.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ArrivingRange {
     /// The share.
     pub share: f64,
@@ -78,7 +79,7 @@ pub struct ArrivingRange {
 }
 
 /// Share that arrives with a trip of a length.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CurvePoint {
     /// The length, in m.
     pub distance_m: f64,
@@ -89,7 +90,7 @@ pub struct CurvePoint {
 }
 
 /// A group of trips.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RangeGroup {
     /// Its name.
     pub group: String,

@@ -1,10 +1,12 @@
 //! The summary of one route.
 
 use super::statistic::{Statistic, by_name, consumption_of};
+use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// The summary of the cycles of one route.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RouteSummary {
     /// Its place among the routes, from 0.
     pub route_id: u32,
@@ -16,6 +18,7 @@ pub struct RouteSummary {
     pub distance_m: f64,
     /// The quantities, over them.
     #[serde(serialize_with = "by_name")]
+    #[schemars(with = "BTreeMap<String, Statistic>")]
     pub statistics: Vec<Statistic>,
 }
 

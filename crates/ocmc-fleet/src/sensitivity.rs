@@ -25,7 +25,8 @@ use super::variance_share::Outputs;
 use ocmc_core::random::{Factor, PickFreeze, Stream, StreamSet};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use thiserror::Error;
@@ -63,7 +64,7 @@ pub fn factor_groups() -> Vec<FactorGroup> {
 }
 
 /// What the variance is over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
     /// Trips.
@@ -74,7 +75,7 @@ pub enum Over {
 }
 
 /// Shares of the variance of one quantity.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// Name of the quantity.
     pub column: &'static str,
@@ -103,7 +104,7 @@ pub struct Sensitivity {
 }
 
 /// What one group explains.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FactorShare {
     /// Name of the group.
     pub factor: &'static str,

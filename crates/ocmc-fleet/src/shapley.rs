@@ -29,12 +29,13 @@ use super::sensitivity::{
 use super::variance_share::{BOOTSTRAP_SAMPLES, LEAST_GROUPS, drawn_again, percentiles};
 use ocmc_core::random::{PickFreeze, StreamSet};
 use ocmc_core::study::Study;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 /// Shares of the variance that add up to one.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ShapleyEffects {
     /// Rows of the design that count.
     pub rows: u64,
@@ -49,7 +50,7 @@ pub struct ShapleyEffects {
 }
 
 /// What one factor has of the variance.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ShapleyShare {
     /// Its name.
     pub factor: &'static str,

@@ -12,6 +12,7 @@ use super::run::{Ranges, RunPlan, each, run_with};
 use ocmc_core::kernel::drive::scheduler::{Deliver, Driving, sampled};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
@@ -26,7 +27,7 @@ const DAY_S: f64 = 86_400.0;
 const HALF_WIDTH: f64 = 1.959_963_984_540_054;
 
 /// A size that was tried.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TriedSize {
     /// The battery's energy, in J.
     pub capacity_j: f64,
@@ -35,7 +36,7 @@ pub struct TriedSize {
 }
 
 /// The battery with which a share of the trips arrives.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SizeFor {
     /// The share.
     pub share: f64,

@@ -6,8 +6,10 @@ use super::histogram::Histogram;
 use super::quantile::{LEVELS, interval_of_clusters, quantile};
 use super::quantity::CONSUMPTIONS;
 use super::ratio::Ratio;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
+use std::borrow::Cow;
 
 /// The consumption that statistics are judged by: fuel, else electricity, else the work at the
 /// wheels.
@@ -107,6 +109,35 @@ pub(super) fn standard_deviation(values: &[f64]) -> Option<f64> {
     let mean = values.iter().sum::<f64>() / n;
     let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
     Some(libm::sqrt(squares / (n - 1.0)))
+}
+
+/// As it is serialised.
+impl JsonSchema for Statistic {
+    fn schema_name() -> Cow<'static, str> {
+        "Statistic".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let number = generator.subschema_for::<Option<f64>>();
+        let interval = generator.subschema_for::<Option<[f64; 2]>>();
+        let adjusted = generator.subschema_for::<Option<AdjustedStatistic>>();
+        let mut properties = serde_json::json!({
+            "mean": number, "ci95": interval, "sd": number, "adjusted": adjusted
+        });
+        let mut required = vec!["mean".to_owned(), "ci95".to_owned(), "sd".to_owned()];
+        for (_, name) in LEVELS {
+            for (key, of) in [(name.to_owned(), &number), (format!("{name}_ci95"), &interval)] {
+                properties[&key] = of.clone().to_value();
+                required.push(key);
+            }
+        }
+        json_schema!({
+            "description": "Mean, standard deviation and quantiles, with their 95 % intervals",
+            "type": "object",
+            "properties": properties,
+            "required": required,
+        })
+    }
 }
 
 impl Serialize for Statistic {

@@ -22,13 +22,15 @@ use super::truck_year::{TripTotals, TruckSummary, TruckYearBuilder};
 use super::uncertainty::{Effects, ParameterUncertainty};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
+use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// The fleet's answers.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
     /// Cycles driven.
     pub cycles: u64,
@@ -40,6 +42,7 @@ pub struct Summary {
     pub simulated_s: f64,
     /// The quantities, over the cycles that count ([`RecordQuantity::of_cycle`]).
     #[serde(serialize_with = "by_name")]
+    #[schemars(with = "BTreeMap<String, Statistic>")]
     pub statistics: Vec<Statistic>,
     /// What the mean owes to uncertain numbers of the study. It takes drives of its own: see
     /// [`Summary::add_uncertainty`].
@@ -73,7 +76,7 @@ pub struct Summary {
 }
 
 /// Where powertrains left their maps, or could not hold a speed that was followed, over all cycles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Saturation {
     /// Cycles with either.
     pub cycles: u64,
@@ -112,7 +115,7 @@ impl Saturation {
 /// counted one and had consumed, per distance, as much as the worst counted one; as much as its
 /// own record shows, where that is more. A record holds what was driven until the cycle failed: one
 /// that failed within its first metres shows a large value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct WorstCase {
     /// Name of the quantity: the fleet's consumption.
     pub column: &'static str,

@@ -8,6 +8,7 @@
 
 use super::dependence::Dependence;
 use ocmc_core::record::{Outcome, Record};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Shares of a truck's trips that have to arrive.
@@ -16,7 +17,7 @@ pub const WANTED: [f64; 2] = [1.0, 0.95];
 const HALF_WIDTH: f64 = 1.959_963_984_540_054;
 
 /// Trucks of which a share of the trips arrives.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TruckArrivals {
     /// Share of a truck's trips that has to arrive.
     pub share_of_trips: f64,

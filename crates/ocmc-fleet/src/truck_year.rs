@@ -27,8 +27,11 @@ use super::statistic::{Statistic, by_name};
 use ocmc_core::energy::carrier::{CARRIERS, Carrier};
 use ocmc_core::random::nesting::DAYS_OF_YEAR;
 use ocmc_core::record::{Outcome, Record};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// Totals of the trips of one truck in a month or a year, of what they drove where a battery cut
 /// them short.
@@ -336,7 +339,7 @@ fn by_month(months: &[TruckTime]) -> [Option<f64>; 12] {
 }
 
 /// What the trucks of a fleet add up to.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TruckSummary {
     /// Trucks.
     pub trucks: u64,
@@ -344,9 +347,11 @@ pub struct TruckSummary {
     pub years: u64,
     /// The quantities over truck-months.
     #[serde(serialize_with = "by_name")]
+    #[schemars(with = "BTreeMap<String, Statistic>")]
     pub truck_months: Vec<Statistic>,
     /// The quantities over truck-years.
     #[serde(serialize_with = "by_name")]
+    #[schemars(with = "BTreeMap<String, Statistic>")]
     pub truck_years: Vec<Statistic>,
     /// Totals of the fleet's year.
     #[serde(rename = "fleet_year")]
@@ -394,7 +399,7 @@ pub struct Totals {
 }
 
 /// One total of the fleet's year.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Total {
     /// The total.
     pub total: f64,
@@ -444,6 +449,17 @@ impl Total {
             return of_trucks.of_shared(clusters.spread(influences));
         }
         of_trucks
+    }
+}
+
+/// As it is serialised.
+impl JsonSchema for Totals {
+    fn schema_name() -> Cow<'static, str> {
+        "Totals".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        generator.subschema_for::<BTreeMap<String, Option<Total>>>()
     }
 }
 

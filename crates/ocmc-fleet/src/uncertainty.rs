@@ -25,6 +25,7 @@ use nalgebra::{DMatrix, DVector};
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_core::study::uncertainty::{Sides, UncertainKey, Uncertainty};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -33,7 +34,7 @@ use std::ops::ControlFlow;
 pub const MOST_PAIRS: u64 = 1000;
 
 /// What a fleet's mean, or the difference of two, owes to uncertain numbers of the study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterUncertainty {
     /// Name of the quantity.
     pub column: String,
@@ -51,7 +52,7 @@ pub struct ParameterUncertainty {
 }
 
 /// What the error of one number does to the mean.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterEffect {
     /// Path of the key.
     pub key: String,

@@ -21,7 +21,9 @@ use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, percent, rough, rounded};
 use ocmc_io::study::{KeyDifference, differences};
 use ocmc_io::study::{LoadedStudy, nearest, study_hash};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
+use std::borrow::Cow;
 use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -56,7 +58,7 @@ pub struct CompareAnswer {
 }
 
 /// How a study B differs from the baseline A.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ComparedStudies {
     /// What A is called.
     pub study_a: String,
@@ -192,6 +194,19 @@ pub(crate) fn column_named<'a, 'b>(
         let nearest = nearest(name, &known).map(str::to_owned);
         Error::NoColumn { name: name.to_owned(), nearest }
     })
+}
+
+/// As it is serialised.
+impl JsonSchema for CompareAnswer {
+    fn schema_name() -> Cow<'static, str> {
+        "CompareAnswer".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let one = generator.subschema_for::<ComparedStudies>();
+        let several = generator.subschema_for::<Vec<ComparedStudies>>();
+        json_schema!({ "description": "Of two studies one comparison, of more a list", "anyOf": [one, several] })
+    }
 }
 
 /// Two studies are one comparison, more are a list.

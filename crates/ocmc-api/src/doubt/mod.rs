@@ -19,6 +19,7 @@ use ocmc_fleet::run::{RunPlan, records};
 use ocmc_io::study::{
     End, JudgedKey, JudgedNumbers, LoadedStudy, ReplacedNumber, resolved_toml, study_hash,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -45,7 +46,7 @@ pub struct DoubtRequest<'a> {
 }
 
 /// The effect of judged numbers on an answer.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct DoubtAnswer {
     /// Name of the study.
     pub study: String,
@@ -85,7 +86,7 @@ pub struct DoubtAnswer {
 }
 
 /// Judged numbers that move together, and their effect.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct DoubtedNumbers {
     /// Name of the entry.
     pub name: String,
@@ -391,7 +392,7 @@ impl Asked<'_> {
 }
 
 /// The effect on a difference of the judged numbers that matter most in either study.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct JudgedDifference {
     /// Root of the sum of squares of their effects on the difference: no confidence interval. None
     /// where it is not known which numbers matter most, and from few cycles.

@@ -18,7 +18,9 @@ use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::intake::FileAccount;
 use ocmc_io::run_directory::{self, RunDirectory, RunStatus, RunSummary, read_manifest};
 use ocmc_io::study::{Files, LoadedStudy, Origin};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -320,20 +322,32 @@ impl RunAnswer {
     }
 }
 
+/// The summary, and what was read.
+#[derive(Serialize, JsonSchema)]
+struct WithInputs<'a> {
+    #[serde(flatten)]
+    summary: &'a RunSummary,
+    /// Accounts of what was read; not there where no file was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inputs: Option<&'a [FileAccount]>,
+}
+
+/// As it is serialised.
+impl JsonSchema for RunAnswer {
+    fn schema_name() -> Cow<'static, str> {
+        "RunAnswer".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        WithInputs::json_schema(generator)
+    }
+}
+
 impl Serialize for RunAnswer {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        /// The summary, and what was read.
-        #[derive(Serialize)]
-        struct WithInputs<'a> {
-            #[serde(flatten)]
-            summary: &'a RunSummary,
-            inputs: &'a [FileAccount],
-        }
         // without files the answer is what `summary.json` has
-        if self.inputs.is_empty() {
-            return self.summary.serialize(serializer);
-        }
-        WithInputs { summary: &self.summary, inputs: &self.inputs }.serialize(serializer)
+        let inputs = (!self.inputs.is_empty()).then_some(&self.inputs[..]);
+        WithInputs { summary: &self.summary, inputs }.serialize(serializer)
     }
 }
 

@@ -20,6 +20,7 @@ use ocmc_fleet::variance_share::LEAST_GROUPS;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{grouped, percent, rounded, share_text};
 use ocmc_io::study::{LoadedStudy, Origin, resolved_toml, study_hash};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
@@ -49,7 +50,7 @@ pub struct SensitivityRequest<'a> {
 }
 
 /// The shares of the variance.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SensitivityAnswer {
     /// Name of the study.
     pub study: String,

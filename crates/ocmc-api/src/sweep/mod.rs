@@ -14,7 +14,8 @@ use ocmc_fleet::comparison::AdjustedDifference;
 use ocmc_fleet::run::RunPlan;
 use ocmc_fleet::sweep::{SweptStudy, sweep as sweep_fleets};
 use ocmc_io::study::{LoadedStudy, study_hash, value_of};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::time::Instant;
@@ -23,7 +24,7 @@ use std::time::Instant;
 pub const MOST_POINTS: usize = 1000;
 
 /// Reference that the points of a sweep are compared with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Against {
     /// The first point.
@@ -50,7 +51,7 @@ pub struct SweepRequest<'a> {
 }
 
 /// Answer of a sweep: what its points take, and how they differ.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SweepAnswer {
     /// Name of the study.
     pub study: String,
@@ -83,7 +84,7 @@ pub struct SweepAnswer {
 }
 
 /// A point of a sweep. Numbers are in the unit of the column.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SweptPoint {
     /// The values of the keys; null where a key is left as the study has it.
     pub values: Map<String, Value>,

@@ -1,12 +1,15 @@
 //! What one charging was: where and when, and what the meter counted in each quarter of an hour.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A quarter of an hour, in s.
 pub const QUARTER_HOUR_S: f64 = 900.0;
 
 /// Where a truck is charged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum ChargingPlace {
     /// In the depot, after the trip.

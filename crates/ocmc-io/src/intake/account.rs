@@ -5,6 +5,7 @@ use super::{End, Finding};
 use crate::intake::table::TableError;
 use crate::intake::table::error::Fault;
 use crate::number_text::{count_of, rounded};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +14,7 @@ use std::path::Path;
 const MOST_TOLD: usize = 5;
 
 /// A column, and the quantity that it was taken for.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ReadColumn {
     /// Its name in the file.
     pub name: String,
@@ -24,7 +25,7 @@ pub struct ReadColumn {
 }
 
 /// How long what was read is, and how densely it was sampled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Extent {
     /// Length, in m, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -144,7 +145,7 @@ fn median(values: &mut [f64]) -> Option<f64> {
 }
 
 /// The account of what was read of a file, and of what is odd in it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct FileAccount {
     /// The file, or what a table is called.
     pub file: String,

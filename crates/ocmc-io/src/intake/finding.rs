@@ -1,10 +1,11 @@
 //! A finding of a check, and how it ends.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 
 /// How a check ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum End {
     /// The file is not used.
@@ -18,7 +19,7 @@ pub enum End {
 }
 
 /// A finding of a check in a file.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Finding {
     /// Name of the check, such as `sparse-points`.
     pub check: &'static str,

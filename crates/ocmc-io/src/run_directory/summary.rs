@@ -4,6 +4,7 @@ use super::{Manifest, indented};
 use crate::study::JudgedDoubt;
 use ocmc_fleet::precision::Reached;
 use ocmc_fleet::summary::Summary;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// What has to be known of the intervals of a few cycles.
@@ -12,7 +13,7 @@ pub const FEW_CYCLES: &str = "fewer than 50 completed cycles: 95 % intervals of 
 
 /// A run, and what it adds up to: the machine-readable answer, which `--json` prints and
 /// [`super::SUMMARY`] holds.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RunSummary {
     /// Name of the study.
     pub study: String,
@@ -43,7 +44,7 @@ pub struct RunSummary {
 }
 
 /// Effect of judged numbers on a fleet's mean consumption.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct JudgedMean {
     /// Root of the sum of squares of the effects of their plausible ranges on the mean, in the unit
     /// of the column: no confidence interval. None where it is not known without driving.

@@ -2,6 +2,7 @@
 
 use crate::number_text::rounded;
 use ocmc_core::study::StudyModel;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::fmt::Write;
@@ -15,7 +16,7 @@ const WIDTH: usize = 80;
 const FEW: usize = 3;
 
 /// A key that differs.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct KeyDifference {
     /// Its path, or that of a table which one of the two lacks.
     pub key: String,

@@ -11,6 +11,7 @@ use super::error::{Fault, StudyFileError};
 use super::node::{Content, Node};
 use super::source::SourceKind;
 use ocmc_core::study::tree::Step;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -120,7 +121,7 @@ fn tables(entries: &[&JudgedNumbers], before: &str, effects_of: Option<&str>) ->
 const VEHICLE: &str = "vehicle.";
 
 /// A number that was judged, and that another one has replaced.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ReplacedNumber {
     /// Path of the key.
     pub key: String,

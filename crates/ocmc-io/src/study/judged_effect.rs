@@ -7,6 +7,7 @@
 //! no built-in one.
 
 use super::judged::{Judged, JudgedNumbers};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 const STORED: &str = include_str!("../../../../configs/judged-effects.csv");
@@ -15,7 +16,7 @@ const STORED: &str = include_str!("../../../../configs/judged-effects.csv");
 const NAMED: usize = 5;
 
 /// Effect of judged numbers on the mean.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedDoubt {
     /// Entries of numbers that are judged; 0 where the study says nothing of its numbers.
@@ -26,7 +27,7 @@ pub struct JudgedDoubt {
 }
 
 /// Effects of a built-in study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StoredDoubt {
     /// The built-in study.
@@ -42,7 +43,7 @@ pub struct StoredDoubt {
 }
 
 /// Share of one entry in the sum of squares.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NumbersShare {
     /// Name of the entry.

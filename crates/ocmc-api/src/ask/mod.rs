@@ -1,0 +1,219 @@
+//! Questions as JSON, for pages and other programs: one object asks, and lines of objects answer:
+//! how far the work is, then the answer, which is that of the command's `--json`.
+
+mod message;
+mod question;
+mod schema;
+
+use crate::bound::{BoundRequest, bound};
+use crate::compare::{CompareRequest, compare};
+use crate::cost::{CostRequest, cost};
+use crate::doubt::{DoubtRequest, doubt};
+use crate::drive::GivenDrive;
+use crate::error::Error;
+use crate::mixed_fleet::{MixedFleetRequest, mixed_fleet};
+use crate::precision::precision;
+use crate::progress::{Progress, Watch};
+use crate::range::{RangeRequest, range};
+use crate::run::{Asked, CpuLevel, LAST_CYCLE_ID, MOST_THREADS, RunEnd, RunPlan, RunRequest, run};
+use crate::sensitivity::{SensitivityRequest, sensitivity};
+use crate::size::{SizeRequest, size};
+use crate::study::{Files, Given, LoadedStudy, Opened, open, open_all};
+use crate::sweep::{SweepPoints, SweepRequest, sweep};
+pub use message::{AskAnswer, Message, Reply, VERSION};
+pub use question::{
+    Ask, AskCompare, AskCycles, AskPair, AskRun, AskSensitivity, AskSize, AskStudy, AskSweep,
+    AskedStudy, GivenStudy, StudySource,
+};
+pub use schema::ask_schema;
+use std::path::Path;
+
+/// Answers a question, of studies that may name these files.
+///
+/// ```
+/// use ocmc_api::ask::{Ask, ask};
+/// use ocmc_api::{go_on, study::Files};
+/// let question = r#"{"ask": "run", "study": {"study": "field-truck",
+///     "set": ["mission.length_m=5000"]}, "cycles": {"cycles": 10}}"#;
+/// let question: Ask = serde_json::from_str(question).expect("a question");
+/// let reply = ask(&question, &Files::here(), &mut go_on)?;
+/// let text = serde_json::to_string(&reply).expect("numbers and words");
+/// assert!(text.contains("\"version\":1") && text.contains("\"consumption_l_per_100km\""));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// Those of the function that answers it, and of the study.
+pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Error> {
+    let mut warnings = Vec::new();
+    let mut of = |study: &AskedStudy| {
+        let loaded = opened(study, files)?;
+        warnings.extend(loaded.warnings());
+        Ok::<_, Error>(loaded)
+    };
+    let mut named = |study: &AskedStudy| Ok::<_, Error>((study.name(), of(study)?));
+    let answer = match question {
+        Ask::Run(asked) => return run_of(asked, files, watch),
+        Ask::Compare(AskCompare { studies, cycles, column }) => {
+            let studies = studies.iter().map(&mut named).collect::<Result<Vec<_>, _>>()?;
+            let lent = studies.iter().map(|(name, study)| (name.clone(), study)).collect();
+            let plan = plan(cycles)?;
+            let request =
+                CompareRequest { studies: lent, plan, column: column.clone(), keep: false };
+            AskAnswer::Compare(compare(&request, watch)?)
+        }
+        Ask::Sweep(AskSweep { study, points, against, cycles, column }) => {
+            let (fixed, points) = SweepPoints::of_settings(points)?;
+            let (name, loaded) = named(study)?;
+            let loaded = loaded.set(&fixed)?;
+            let request = SweepRequest {
+                study: (name, &loaded),
+                points,
+                against: *against,
+                plan: plan(cycles)?,
+                column: column.clone(),
+            };
+            AskAnswer::Sweep(sweep(&request, watch)?)
+        }
+        Ask::Sensitivity(asked) => {
+            let AskSensitivity { study, cycles, column, factors, over, shapley } = asked;
+            let request = SensitivityRequest {
+                study: &named(study)?.1,
+                plan: plan(cycles)?,
+                column: column.clone(),
+                factors: factors.clone(),
+                over: *over,
+                crossed: None,
+                shapley: *shapley,
+            };
+            AskAnswer::Sensitivity(sensitivity(&request, watch)?)
+        }
+        Ask::Doubt(AskPair { study, against, cycles, column }) => {
+            let (name, loaded) = named(study)?;
+            let against = against.as_ref().map(&mut named).transpose()?;
+            let request = DoubtRequest {
+                study: (name, &loaded),
+                against: against.as_ref().map(|(name, study)| (name.clone(), study)),
+                plan: plan(cycles)?,
+                column: column.clone(),
+            };
+            AskAnswer::Doubt(doubt(&request, watch)?)
+        }
+        Ask::Cost(AskPair { study, against, cycles, .. }) => {
+            let (name, loaded) = named(study)?;
+            let against = against.as_ref().map(&mut named).transpose()?;
+            let request = CostRequest {
+                study: (name, &loaded),
+                against: against.as_ref().map(|(name, study)| (name.clone(), study)),
+                plan: plan(cycles)?,
+            };
+            AskAnswer::Cost(cost(&request, watch)?)
+        }
+        Ask::Range(AskStudy { study, cycles }) => {
+            let (name, loaded) = named(study)?;
+            let request = RangeRequest { study: (name, &loaded), plan: plan(cycles)? };
+            AskAnswer::Range(range(&request, watch)?)
+        }
+        Ask::Size(AskSize { study, arrive, kg_per_kwh, season, cycles }) => {
+            let (name, loaded) = named(study)?;
+            let request = SizeRequest {
+                study: (name, &loaded),
+                arrive: arrive.clone(),
+                kg_per_kwh: *kg_per_kwh,
+                season: *season,
+                plan: plan(cycles)?,
+            };
+            AskAnswer::Size(size(&request, watch)?)
+        }
+        Ask::Bound(AskStudy { study, cycles }) => {
+            let request = BoundRequest { study: &named(study)?.1, plan: plan(cycles)? };
+            AskAnswer::Bound(bound(&request, watch)?)
+        }
+    };
+    Ok(Reply::new(warnings, answer))
+}
+
+/// A run of a study, or of the groups of one.
+fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Error> {
+    let AskRun { study, cycles, trucks, precision: end, seed, first_cycle, threads } = asked;
+    let sets = study.set();
+    let loaded = match given(study, |given| Ok(open_all(given, files, sets)?))? {
+        Opened::Study(loaded) => loaded,
+        Opened::Fleet(groups) => {
+            for (key, is_there) in [
+                ("cycles", cycles.is_some()),
+                ("trucks", trucks.is_some()),
+                ("first_cycle", first_cycle.is_some()),
+                ("precision", end.is_some()),
+            ] {
+                if is_there {
+                    return Err(Error::NotOfGroups(key));
+                }
+            }
+            let warnings = groups.iter().flat_map(|group| group.study.warnings()).collect();
+            let request = MixedFleetRequest {
+                groups: &groups,
+                seed: seed.unwrap_or(1),
+                threads: *threads,
+                level: CpuLevel::best(),
+                out: None,
+                resume: false,
+            };
+            let answer = mixed_fleet(&request, watch)?;
+            return Ok(Reply::new(warnings, AskAnswer::Fleet(answer)));
+        }
+    };
+    let wrong = |error| Error::Precision(format!("`precision`: {error}"));
+    let end = end.as_deref().map(|text| precision(text).map_err(wrong)).transpose()?;
+    let asked = Asked {
+        loaded: Some(&loaded),
+        seed: *seed,
+        first_cycle: *first_cycle,
+        cycles: *cycles,
+        trucks: *trucks,
+        precision: end,
+        ..Asked::default()
+    };
+    let plan = within(asked.plan(&loaded, *threads, None, CpuLevel::best()))?;
+    let given = &GivenDrive::nothing();
+    let request = RunRequest { study: &loaded, given, plan, precision: asked.precision, out: None };
+    let answer = run(&request, &mut |_| (), watch)?;
+    if answer.ended == RunEnd::Interrupted {
+        let (done, total) = (answer.summary.summary.cycles, plan.cycles);
+        return Err(Error::Interrupted(Progress { what: "cycles", done, total }));
+    }
+    Ok(Reply::new(loaded.warnings(), AskAnswer::Run(answer)))
+}
+
+/// The study.
+fn opened(study: &AskedStudy, files: &Files) -> Result<LoadedStudy, Error> {
+    given(study, |given| Ok(open(given, files, study.set())?))
+}
+
+/// What is made of a study that is named, or whose keys are given.
+fn given<T>(study: &AskedStudy, made: impl FnOnce(&Given) -> Result<T, Error>) -> Result<T, Error> {
+    match study {
+        AskedStudy::Named(name)
+        | AskedStudy::Given(GivenStudy { study: StudySource::Named(name), .. }) => {
+            made(&Given::Named(Path::new(name)))
+        }
+        AskedStudy::Given(GivenStudy { study: StudySource::Keys(keys), .. }) => {
+            made(&Given::Dictionary(&keys.clone().into()))
+        }
+    }
+}
+
+/// The cycles, and on what they are driven.
+fn plan(asked: &AskCycles) -> Result<RunPlan, Error> {
+    let AskCycles { cycles, seed, first_cycle, threads } = *asked;
+    within(RunPlan::new(seed, first_cycle, cycles, threads, None))
+}
+
+/// The plan, where there are such cycles.
+fn within(plan: RunPlan) -> Result<RunPlan, Error> {
+    let end = plan.first_cycle.checked_add(plan.cycles).filter(|end| *end <= LAST_CYCLE_ID);
+    match end {
+        Some(_) if plan.cycles > 0 && plan.threads <= MOST_THREADS => Ok(plan),
+        _ => Err(Error::NoSuchCycles(plan)),
+    }
+}

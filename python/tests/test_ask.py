@@ -1,0 +1,160 @@
+"""`ocmc ask`: every message is of the schema, and answers are those of the commands."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+jsonschema = pytest.importorskip("jsonschema")
+
+SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "src" / "reference" / "ask.schema.json"
+COMMAND = [Path(sys.executable).with_name("ocmc")]
+FEW = {"cycles": 40, "seed": 3}
+SHORT = "mission.length_m=6000"
+STUDY = {"study": "field-truck", "set": [SHORT], "name": "mine"}
+BATTERY = {"study": "battery-truck", "set": [SHORT]}
+OPTIONS = ["--cycles", "40", "--seed", "3", "--set", SHORT]
+# what an answer says of its time, and what names a study
+OF_THE_MOMENT = {"wall_s", "ended_at", "threads", "study", "study_a", "study_b"}
+
+QUESTIONS = [
+    (
+        {"ask": "run", "study": STUDY, "cycles": 40, "seed": 3},
+        ["--study", "field-truck", *OPTIONS],
+    ),
+    (
+        {"ask": "compare", "studies": ["field-truck", "long-haul"], "cycles": FEW},
+        ["compare", "field-truck", "long-haul", *OPTIONS[:4]],
+    ),
+    (
+        {"ask": "sweep", "study": STUDY, "points": ["vehicle.drag_area_m2=5,4"], "cycles": FEW},
+        ["sweep", *OPTIONS, "--set", "vehicle.drag_area_m2=5,4"],
+    ),
+    (
+        {"ask": "sensitivity", "study": STUDY, "cycles": FEW, "shapley": True, "factors": ["driver"]},
+        ["sensitivity", *OPTIONS, "--shapley", "--factor", "driver"],
+    ),
+    ({"ask": "doubt", "study": STUDY, "cycles": FEW}, ["doubt", *OPTIONS]),
+    ({"ask": "range", "study": BATTERY, "cycles": FEW}, ["range", *OPTIONS]),
+    (
+        {"ask": "size", "study": BATTERY, "arrive": [0.9], "cycles": FEW},
+        ["size", "--study", "battery-truck", *OPTIONS, "--arrive", "90%"],
+    ),
+    ({"ask": "bound", "study": STUDY, "cycles": {"cycles": 4}}, ["bound", "--cycles", "4", "--set", SHORT]),
+    (
+        {"ask": "cost", "study": {**STUDY, "set": [SHORT, "cost.currency=EUR", "cost.fuel_per_l=1.5"]}, "cycles": FEW},
+        ["cost", *OPTIONS, "--set", "cost.currency=EUR", "--set", "cost.fuel_per_l=1.5"],
+    ),
+]
+
+
+@pytest.fixture(scope="module")
+def schema():
+    if not SCHEMA.exists():
+        pytest.skip("the guide is not here")
+    return json.loads(SCHEMA.read_text(encoding="utf-8"))
+
+
+def of_schema(schema, name):
+    """A validator of one of the definitions."""
+    whole = {"$ref": f"#/$defs/{name}", "$defs": schema["$defs"]}
+    return jsonschema.Draft202012Validator(whole)
+
+
+def asked(question, *options):
+    text = question if isinstance(question, str) else json.dumps(question)
+    done = subprocess.run(
+        [*COMMAND, "ask", *options], input=text, capture_output=True, text=True, check=False
+    )
+    return done, [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def lasting(value):
+    """A value without what is of the moment."""
+    if isinstance(value, dict):
+        return {key: lasting(below) for key, below in value.items() if key not in OF_THE_MOMENT}
+    return [lasting(below) for below in value] if isinstance(value, list) else value
+
+
+@pytest.mark.parametrize(("question", "arguments"), QUESTIONS, ids=lambda case: str(case)[:24])
+def test_an_answer_is_that_of_the_command_and_of_the_schema(schema, question, arguments):
+    of_schema(schema, "Ask").validate(question)
+    done, messages = asked(question)
+    assert done.returncode == 0, done.stderr
+    for message in messages:
+        of_schema(schema, "Message").validate(message)
+    last = messages[-1]
+    assert (last["message"], last["version"], last["of"]) == ("answer", 1, question["ask"])
+    command = [*COMMAND, *arguments, "--json", "--quiet"]
+    printed = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    assert lasting(last["answer"]) == lasting(printed)
+
+
+def test_a_fleet_of_groups_is_a_run(schema):
+    group = [
+        {"name": "diesel", "trucks": 2},
+        {"name": "electric", "trucks": 2, "study": "electric-regional"},
+    ]
+    keys = {
+        "study": {"name": "mixed", "base": "regional"},
+        "mission": {"length_m": 6000.0},
+        "fleet": {"trips_per_truck": 3, "group": group},
+    }
+    done, messages = asked({"ask": "run", "study": {"study": keys}})
+    assert done.returncode == 0, done.stderr
+    of_schema(schema, "Message").validate(messages[-1])
+    assert messages[-1]["of"] == "fleet"
+    done, messages = asked({"ask": "run", "study": {"study": keys}, "cycles": 5})
+    assert done.returncode == 1 and "fleet.group" in messages[-1]["reason"]
+
+
+@pytest.mark.parametrize(
+    ("question", "words"),
+    [
+        ("", "no question"),
+        ("[1]", "no question"),
+        ('{"ask": "wonder"}', "unknown variant"),
+        ({"ask": "run", "study": "field-truck", "cycle": 3}, "unknown field `cycle`"),
+        ({"ask": "run", "study": "field-truk"}, "field-truck"),
+        ({"ask": "run", "study": {"study": "field-truck", "set": ["vehicle.mass=1"]}}, "vehicle.mass"),
+        ({"ask": "range", "study": "field-truck"}, "no battery"),
+        ({"ask": "range", "study": "battery-truck", "cycles": {"cycles": 0}}, "one cycle at least"),
+        ({"ask": "compare", "studies": ["field-truck"]}, "two at least"),
+        ({"ask": "run", "study": "field-truck", "precision": "much"}, "precision"),
+    ],
+)
+def test_what_cannot_be_answered_is_refused_in_words(schema, question, words):
+    done, messages = asked(question)
+    assert done.returncode == 1 and len(messages) == 1
+    of_schema(schema, "Message").validate(messages[0])
+    assert messages[0]["message"] == "refused"
+    assert words in messages[0]["reason"] and words in done.stderr
+
+
+def test_no_files_are_read_for_strangers(tmp_path):
+    file = tmp_path / "own.toml"
+    file.write_text('[study]\nname = "own"\nbase = "field-truck"\n')
+    question = {"ask": "run", "study": str(file), "cycles": 3}
+    assert asked(question)[0].returncode == 0
+    assert asked(question, "--no-files")[0].returncode == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_progress_is_told_and_a_signal_ends_the_work(schema):
+    question = json.dumps({"ask": "run", "study": "field-truck", "cycles": 1_000_000})
+    work = subprocess.Popen([*COMMAND, "ask"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    work.stdin.write(question)
+    work.stdin.close()
+    first = json.loads(work.stdout.readline())
+    assert first["message"] == "progress" and first["total"] == 1_000_000
+    work.send_signal(signal.SIGINT)
+    begun = time.monotonic()
+    rest = [json.loads(line) for line in work.stdout]
+    assert work.wait() == 128 + signal.SIGINT and time.monotonic() - begun < 20
+    for message in [first, *rest]:
+        of_schema(schema, "Message").validate(message)
+    assert rest[-1]["message"] in {"interrupted", "progress"}
