@@ -22,6 +22,29 @@ pub fn schema() -> Value {
         "description": "A built-in vehicle or a file, whose keys hold where this study does not \
             say otherwise."
     });
+    schema["properties"]["fleet"]["properties"]["group"] = json!({
+        "type": "array",
+        "description": "Groups of a fleet, each a study of its own: the tables of a group are laid \
+            over those of the file.",
+        "items": {
+            "type": "object",
+            "description": "A group of trucks, with tables of a study that differ from those of the \
+                file.",
+            "properties": {
+                "name": { "type": "string", "description": "Name of the group." },
+                "trucks": {
+                    "type": "integer", "minimum": 1, "maximum": 1e6,
+                    "description": "Number of its trucks."
+                },
+                "study": {
+                    "type": "string",
+                    "description": "A built-in study or a file, whose keys hold in place of those of \
+                        the file's base."
+                }
+            },
+            "required": ["name", "trucks"]
+        }
+    });
     let judged = json!({
         "type": "object",
         "description": "Between which values judged numbers plausibly lie; those of an entry move \
