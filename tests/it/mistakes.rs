@@ -1,8 +1,7 @@
 //! Typical mistakes: each is answered with its place and a remedy.
 
-use crate::program::ocmc;
+use crate::program::message;
 use std::fs;
-use std::path::Path;
 
 /// Files that some of them name.
 const FILES: [(&str, &str); 5] = [
@@ -92,13 +91,6 @@ const WRITTEN: [(&str, &[&str]); 18] = [
     ("vehicle = { powertrain = { type = \"electric\" } }", &["battery_electric"]),
     ("[vehicle]\ncurb_mass_kg = 8000\ncurb_mass_kg = 9000", &[":4:1", "duplicate"]),
 ];
-
-fn message(folder: &Path, arguments: &[&str], status: i32) -> String {
-    let output = ocmc(arguments).current_dir(folder).output().expect("the program starts");
-    let message = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {message}");
-    message
-}
 
 #[test]
 fn typical_mistakes_are_answered_with_place_and_remedy() {

@@ -36,6 +36,7 @@ mod learn;
 mod measured_training;
 mod merge;
 mod mixed_fleet;
+mod named_total;
 mod precision;
 mod progress;
 mod range;
@@ -99,9 +100,8 @@ pub use identify::{
 pub use learn::{Doubted, HeldBack, LearnAnswer, LearnRequest, LearntFile, LearntPart, learn};
 pub use measured_training::{MeasuredTrainingAnswer, MeasuredTrainingRequest, measured_training};
 pub use merge::{MergeRequest, merge};
-pub use mixed_fleet::{
-    GroupAnswer, MixedFleetAnswer, MixedFleetRequest, NamedTotal, Replaceable, mixed_fleet,
-};
+pub use mixed_fleet::{GroupAnswer, MixedFleetAnswer, MixedFleetRequest, Replaceable, mixed_fleet};
+pub use named_total::NamedTotal;
 pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};
 pub use report::{
