@@ -198,3 +198,27 @@ fn wrong_groups_are_refused_with_their_place() {
         assert!(text.contains(piece), "{piece}: {text}");
     }
 }
+
+#[test]
+fn a_folder_in_which_any_group_has_a_run_is_refused_before_the_first_is_driven() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let study = written(folder.path(), "fleet.toml", FLEET);
+    let whole = folder.path().join("whole");
+    let out = whole.display().to_string();
+    let refused = |piece: &str| {
+        let output = ocmc(&["--study", &study, "--out", &out]).assert().code(1);
+        let text = String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8");
+        assert!(text.contains(piece) && text.contains("already holds a run"), "{text}");
+        assert!(!whole.join("near").exists());
+    };
+    let last = whole.join("electric");
+    let one = ["--cycles", "3", "--set", "mission.length_m=3000", "--quiet", "--out"];
+    ocmc(&[&one[..], &[&last.display().to_string()]].concat()).assert().success();
+    refused(&last.display().to_string());
+    fs::remove_dir_all(&last).expect("a run");
+    fs::write(whole.join("fleet.json"), "{}").expect("space");
+    refused("the answer of a fleet");
+    fs::remove_dir_all(&whole).expect("a folder");
+    ocmc(&[&one[..], &[&out]].concat()).assert().success();
+    refused(&out);
+}

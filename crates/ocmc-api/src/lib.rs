@@ -105,8 +105,8 @@ pub use named_total::NamedTotal;
 pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};
 pub use report::{
-    Gathered, MOST_RECORDS, REPORT, Reported, WORKBOOK, WorkbookError, check_cycles, directory_of,
-    note_report, report, run_workbook, stored_workbook,
+    FLEET, Gathered, MOST_RECORDS, REPORT, Reported, WORKBOOK, WorkbookError, check_cycles,
+    directory_of, note_report, report, run_workbook, runs_in, stored_workbook,
 };
 pub use road::{MadeRoad, MissingLimits, RoadAnswer, RoadRequest, road};
 pub use run::{

@@ -27,6 +27,7 @@ use ocmc_io::fleet_total::place;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rough, short};
+use ocmc_io::run_directory::check_free_of_groups;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -101,14 +102,19 @@ pub struct Replaceable {
 /// Drives the groups of a fleet.
 ///
 /// # Errors
-/// [`Error::GroupWithoutTrips`] where trucks of a group make no more than one trip each, those of
-/// [`run`], and [`Error::Interrupted`]: what was finished of a directory is kept.
+/// [`Error::GroupWithoutTrips`] where trucks of a group make no more than one trip each,
+/// [`Error::RunDirectory`] where the folder or a group of it has a run, before any is driven,
+/// those of [`run`], and [`Error::Interrupted`]: what was finished of a directory is kept.
 pub fn mixed_fleet(
     request: &MixedFleetRequest,
     watch: &mut Watch,
 ) -> Result<MixedFleetAnswer, Error> {
     let clock = Instant::now();
     let plans = plans(request)?;
+    if let (Some((folder, _)), false) = (&request.out, request.resume) {
+        let names: Vec<&str> = request.groups.iter().map(|group| &*group.name).collect();
+        check_free_of_groups(folder, &names)?;
+    }
     let others: u64 = pairs(request.groups).map(|(of, _)| plans[of].cycles).sum();
     let total = others + plans.iter().map(|plan| plan.cycles).sum::<u64>();
     let mut before = 0;
