@@ -211,3 +211,15 @@ fn all_commands_take_quiet_json_and_threads_where_they_make_sense() {
     }
     assert!(without.is_empty(), "no such commands: {without:?}");
 }
+
+#[test]
+fn the_readme_has_a_question_for_every_command() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");
+    let readme = std::fs::read_to_string(path).expect("the page");
+    let rows: String = readme.lines().filter(|line| line.starts_with("| ")).collect();
+    for command in Arguments::command().get_subcommands() {
+        let typed = format!("`ocmc {}", command.get_name());
+        let asked = [' ', '`'].iter().any(|end| rows.contains(&format!("{typed}{end}")));
+        assert!(asked, "{typed}");
+    }
+}
