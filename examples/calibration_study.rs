@@ -55,7 +55,12 @@ fn main() {
     let seed = get("seed", "1");
     let truths = arguments.get("truths").map_or("1,2,3,4,5", String::as_str);
     let options = CalibrationOptions {
-        trips: Trips { seed, drivers: get("drivers", "60"), per_driver: get("trips", "1") },
+        trips: Trips {
+            seed,
+            drivers: get("drivers", "60"),
+            per_driver: get("trips", "1"),
+            threads: 0,
+        },
         // nothing of the truths is known to the search
         least_residual_sd: 0.0,
         ..CalibrationOptions::default()

@@ -20,7 +20,7 @@ fn the_law_that_drove_comes_back_from_the_curves_it_left() {
     let sets: Vec<String> = [ROAD, QUIET].iter().map(|set| (*set).to_owned()).chain(set).collect();
     let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
     let options = CalibrationOptions {
-        trips: Trips { seed: 5, drivers: 50, per_driver: 1 },
+        trips: Trips { seed: 5, drivers: 50, per_driver: 1, threads: 0 },
         ..CalibrationOptions::default()
     };
     // other roads and other drivers than those of the search
@@ -51,7 +51,7 @@ fn the_law_that_drove_comes_back_from_the_curves_it_left() {
 fn a_table_that_no_law_gives_back_is_told_with_what_makes_the_rest() {
     let base = study("field-truck", &[ROAD]);
     let options = CalibrationOptions {
-        trips: Trips { seed: 5, drivers: 60, per_driver: 1 },
+        trips: Trips { seed: 5, drivers: 60, per_driver: 1, threads: 0 },
         ..CalibrationOptions::default()
     };
     let mut numbers = MeasuredCurves::of_law(&base.model().driver.curve_speed).unwrap().numbers;

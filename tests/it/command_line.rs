@@ -370,3 +370,21 @@ fn cycles_that_could_not_be_driven_are_counted_by_reason() {
     assert!(text.contains("Not completed: 20 of 20 cycles (100.00 %): 20 timed_out"), "{text}");
     assert!(!text.contains("NaN") && !text.contains("Worst case"), "{text}");
 }
+
+#[test]
+fn tables_go_to_standard_output_as_json_too() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let file = folder.path().join("cycle.json").display().to_string();
+    for command in ["cycle", "trace"] {
+        let of = ["--cycle-id", "3", "--set", SHORT];
+        ocmc(&[&[command][..], &of, &["--out", &file]].concat()).assert().success();
+        let printed = ocmc(&[&[command, "--json", "--quiet"][..], &of].concat()).assert().success();
+        assert_eq!(printed.get_output().stdout, fs::read(&file).expect("written"), "{command}");
+    }
+    ocmc(&["cycle", "--cycle-id", "3", "--json", "--out", &file]).assert().code(2);
+    for arguments in [&["study", "list"][..], &["study", "check", "field-truck"]] {
+        let printed = ocmc(&[arguments, &["--json", "--quiet"]].concat()).assert().success();
+        let all: Value = serde_json::from_slice(&printed.get_output().stdout).expect("JSON");
+        assert_eq!(all[0]["name"], "field-truck");
+    }
+}

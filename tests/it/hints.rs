@@ -1,17 +1,9 @@
 //! What the program tells people to type: commands that a shell takes as they stand, and what to do
 //! about a directory.
 
-use crate::program::{SHORT, change_manifest, ocmc, run_into};
+use crate::program::{SHORT, change_manifest, message, ocmc, run_into};
 use std::fs;
 use std::path::Path;
-
-/// What the command tells beside its answer.
-fn message(folder: &Path, arguments: &[&str], status: i32) -> String {
-    let output = ocmc(arguments).current_dir(folder).output().expect("the program starts");
-    let message = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(status), "{message}");
-    message
-}
 
 #[test]
 fn paths_with_blanks_are_quoted_in_commands() {

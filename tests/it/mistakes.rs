@@ -1,8 +1,7 @@
 //! Typical mistakes: each is answered with its place and a remedy.
 
-use crate::program::ocmc;
+use crate::program::message;
 use std::fs;
-use std::path::Path;
 
 /// Files that some of them name.
 const FILES: [(&str, &str); 5] = [
@@ -60,7 +59,7 @@ const TYPED: [(&str, i32, &[&str]); 42] = [
 ];
 
 /// What stands in a study file behind its base, and words of the answer.
-const WRITTEN: [(&str, &[&str]); 18] = [
+const WRITTEN: [(&str, &[&str]); 20] = [
     ("vehicle = { base = \"tractor40\" }", &[":2:20", "did you mean `tractor-40t`"]),
     ("vehicle = { base = \"base.yaml\" }", &[":2:20", "base.yaml"]),
     ("[vehicle]\ncurb_mass_kg = \"8000\"", &[":3:16", "500 to 100000"]),
@@ -88,17 +87,18 @@ const WRITTEN: [(&str, &[&str]); 18] = [
     ("[cost]\nfuel_per_l = 1.5", &[":2:2", "cost.currency = \"EUR\""]),
     ("[weather]\ntemperature_k = 20", &[":3:1", "did you mean `temperature`"]),
     ("[road.types.urban]\nmean_length = 3", &[":3:1", "did you mean `mean_length_m`"]),
+    (
+        "[fleet]\ntrips_per_truck = 3\nlevels = { temprature = \"day\" }",
+        &[":4:12", "is not a key of a study", "did you mean `temperature`? There are: `road_type`"],
+    ),
+    (
+        "[fleet]\ntrips_per_truck = 3\nlevels = { temperature = \"dya\" }",
+        &[":4:26", "not one of its values", "did you mean `day`"],
+    ),
     ("[fleet]\ntrips = 3", &[":3:1", "did you mean `trips_per_truck`"]),
     ("vehicle = { powertrain = { type = \"electric\" } }", &["battery_electric"]),
     ("[vehicle]\ncurb_mass_kg = 8000\ncurb_mass_kg = 9000", &[":4:1", "duplicate"]),
 ];
-
-fn message(folder: &Path, arguments: &[&str], status: i32) -> String {
-    let output = ocmc(arguments).current_dir(folder).output().expect("the program starts");
-    let message = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {message}");
-    message
-}
 
 #[test]
 fn typical_mistakes_are_answered_with_place_and_remedy() {

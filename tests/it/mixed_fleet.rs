@@ -198,3 +198,66 @@ fn wrong_groups_are_refused_with_their_place() {
         assert!(text.contains(piece), "{piece}: {text}");
     }
 }
+
+#[test]
+fn all_runs_of_a_fleet_are_checked_and_get_a_report() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let study = written(folder.path(), "fleet.toml", FLEET);
+    let whole = folder.path().join("whole");
+    let out = whole.display().to_string();
+    let told = |arguments: &[&str], code: i32| {
+        let output = ocmc(arguments).assert().code(code).get_output().clone();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+        (text(output.stdout), text(output.stderr))
+    };
+    let hint = told(&["--study", &study, "--out", &out], 0).1;
+    assert!(hint.contains("`ocmc report "), "{hint}");
+    // reports of all groups, in the order of the file
+    let (_, hint) = told(&["report", &out], 0);
+    let reports = ["near", "far", "electric"].map(|group| whole.join(group).join("report.html"));
+    assert!(reports.iter().all(|report| report.exists()), "{hint}");
+    let named = reports.map(|report| format!("`{}`", report.display())).join(", ");
+    assert!(hint.contains(&format!("Written: {named}. Any browser opens them.")), "{hint}");
+    let page = folder.path().join("page.html").display().to_string();
+    let (_, refused) = told(&["report", &out, "--out", &page], 2);
+    assert!(refused.contains("holds 3 runs") && refused.contains("/near`"), "{refused}");
+    assert_eq!(told(&["report", &out, "--quiet"], 0).1, "");
+    // checks of all groups: one that is damaged, then one that is missing
+    let (text, _) = told(&["verify", &out], 0);
+    assert!(text.contains("whole    far/manifest.json") && !text.contains("damaged"), "{text}");
+    let (text, error) = told(&["range", &out], 1);
+    assert!(
+        error.contains(&format!("but runs: `{}`", whole.join("near").display())),
+        "{text}{error}"
+    );
+    fs::write(whole.join("far").join("summary.json"), "{}").expect("space");
+    let (text, error) = told(&["verify", &out], 1);
+    assert!(text.contains("damaged  far/summary.json") && error.contains("is not whole"), "{text}");
+    fs::remove_dir_all(whole.join("far")).expect("a run");
+    let (text, _) = told(&["verify", &out], 1);
+    assert!(text.contains("damaged  far/manifest.json"), "{text}");
+}
+
+#[test]
+fn a_folder_in_which_any_group_has_a_run_is_refused_before_the_first_is_driven() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let study = written(folder.path(), "fleet.toml", FLEET);
+    let whole = folder.path().join("whole");
+    let out = whole.display().to_string();
+    let refused = |piece: &str| {
+        let output = ocmc(&["--study", &study, "--out", &out]).assert().code(1);
+        let text = String::from_utf8(output.get_output().stderr.clone()).expect("UTF-8");
+        assert!(text.contains(piece) && text.contains("already holds a run"), "{text}");
+        assert!(!whole.join("near").exists());
+    };
+    let last = whole.join("electric");
+    let one = ["--cycles", "3", "--set", "mission.length_m=3000", "--quiet", "--out"];
+    ocmc(&[&one[..], &[&last.display().to_string()]].concat()).assert().success();
+    refused(&last.display().to_string());
+    fs::remove_dir_all(&last).expect("a run");
+    fs::write(whole.join("fleet.json"), "{}").expect("space");
+    refused("the answer of a fleet");
+    fs::remove_dir_all(&whole).expect("a folder");
+    ocmc(&[&one[..], &[&out]].concat()).assert().success();
+    refused(&out);
+}

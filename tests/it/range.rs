@@ -74,6 +74,30 @@ fn the_records_of_a_run_tell_their_range() {
 }
 
 #[test]
+fn trips_that_are_too_short_are_told_with_what_shows_the_range() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let directory = parent.path().join("run").to_str().expect("UTF-8").to_owned();
+    let set = ["--set", "mission.length_m=20000", "--cycles", "40", "--quiet"];
+    json(&[&["--study", "battery-truck", "--out", &directory], &set[..]].concat());
+    let of_run = json(&["range", &directory]);
+    let lowest = of_run["lowest_charge"].as_f64().expect("trips arrive");
+    let told = of_run["too_short"].as_str().expect("a sentence");
+    let begins =
+        format!("All trips that arrive end with at least {:.0} %", (lowest * 100.0).floor());
+    assert!(lowest > 0.5 && told.starts_with(&begins), "{lowest} {told}");
+    assert!(told.contains("`ocmc range --study NAME|FILE`"), "{told}");
+    let text = text(&["range", &directory]);
+    assert!(text.contains(&begins) && text.lines().all(|l| l.chars().count() <= 80), "{text}");
+    // its own trips are as long as it takes, and no longer than a study allows
+    let long = ["range", "--cycles", "20", "--quiet", "--set", SMALL];
+    assert!(json(&long).get("too_short").is_none());
+    let sets = ["--set", "simulation.longest_duration_s=1200", "--set", "mission.length_m=9000"];
+    let short = [&long[..], &sets].concat();
+    let told = json(&short)["too_short"].as_str().expect("a sentence").to_owned();
+    assert!(told.contains("longer `simulation.longest_duration_s`"), "{told}");
+}
+
+#[test]
 fn the_answer_fits_and_does_not_depend_on_threads() {
     let arguments = ["range", "--cycles", "50", "--seed", "9", "--quiet", "--set", SMALL];
     let one = json(&[&arguments[..], &["--threads", "1"]].concat());

@@ -130,7 +130,10 @@ fn a_grid_goes_through_the_values_of_its_last_key_first_on_any_threads() {
         assert_eq!(again.to_json(), by_one.to_json(), "{threads} threads");
     }
     let text = by_one.text();
-    assert!(text.contains("drag_area_m2.median  mission.payload_kg  "), "{text}");
+    assert!(
+        text.contains("key 2: mission.payload_kg\n") && text.contains("\nkey 1  key 2  "),
+        "{text}"
+    );
 }
 
 #[test]
@@ -213,5 +216,24 @@ fn what_cannot_be_swept_is_said_before_anything_is_driven() {
         for part in parts {
             assert!(said.contains(part), "{arguments:?}: {said}");
         }
+    }
+}
+
+#[test]
+fn the_table_is_no_wider_than_a_terminal() {
+    let loss = "vehicle.powertrain.combustion.gearbox.indirect_loss_share=0.03,0.04";
+    let long =
+        [loss, "driver.curve_speed.residual_sd=0.04,0.05", "vehicle.base=tractor-40t,rigid-12t"];
+    let of = |sets: &[&str]| swept(sets, Against::First, 20, 2).text();
+    let is_narrow = |text: &str| text.lines().all(|line| line.chars().count() <= 80);
+    let short = of(&["vehicle.drag_area_m2.median=5,4.5"]);
+    assert!(is_narrow(&short) && short.contains("\ndrag_area_m2.median  mean  "), "{short}");
+    for count in 2..=3 {
+        let text = of(&long[..count]);
+        assert!(is_narrow(&text), "{text}");
+        // the head has numbers, and above it stands what they mean
+        assert!(text.contains("key 1: vehicle.powertrain.combustion.gearbox.ind"), "{text}");
+        assert!(text.contains("key 2: driver.curve_speed.residual_sd"), "{text}");
+        assert!(text.lines().any(|line| line.starts_with("key 1  key 2")), "{text}");
     }
 }

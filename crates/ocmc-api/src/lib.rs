@@ -37,6 +37,7 @@ mod learn;
 mod measured_training;
 mod merge;
 mod mixed_fleet;
+mod named_total;
 mod precision;
 mod progress;
 mod range;
@@ -100,14 +101,13 @@ pub use identify::{
 pub use learn::{Doubted, HeldBack, LearnAnswer, LearnRequest, LearntFile, LearntPart, learn};
 pub use measured_training::{MeasuredTrainingAnswer, MeasuredTrainingRequest, measured_training};
 pub use merge::{MergeRequest, merge};
-pub use mixed_fleet::{
-    GroupAnswer, MixedFleetAnswer, MixedFleetRequest, NamedTotal, Replaceable, mixed_fleet,
-};
+pub use mixed_fleet::{GroupAnswer, MixedFleetAnswer, MixedFleetRequest, Replaceable, mixed_fleet};
+pub use named_total::NamedTotal;
 pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};
 pub use report::{
-    Gathered, MOST_RECORDS, REPORT, Reported, WORKBOOK, WorkbookError, check_cycles, directory_of,
-    note_report, report, run_workbook, stored_workbook,
+    FLEET, Gathered, MOST_RECORDS, REPORT, Reported, WORKBOOK, WorkbookError, check_cycles,
+    directory_of, note_report, report, run_workbook, runs_in, stored_workbook,
 };
 pub use road::{MadeRoad, MissingLimits, RoadAnswer, RoadRequest, road};
 pub use run::{

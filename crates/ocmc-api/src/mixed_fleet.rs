@@ -10,6 +10,7 @@
 
 use crate::answer::Answer;
 use crate::error::Error;
+use crate::named_total::{NamedTotal, named_totals, totals_text};
 use crate::run::{
     Asked, CpuLevel, RecordFormat, RequeueRequest, RunAnswer, RunEnd, RunPlan, RunRequest, WIDTH,
     judged, requeue, run,
@@ -19,13 +20,14 @@ use crate::text::{fact, table, threads_text};
 use crate::watch::{Progress, Watch, watched};
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::run::records;
-use ocmc_fleet::summary::{Summary, SummaryBuilder};
+use ocmc_fleet::summary::SummaryBuilder;
 use ocmc_fleet::truck_arrivals::TruckArrivals;
 use ocmc_fleet::truck_year::Total;
-use ocmc_io::fleet_total::{FleetTotal, fleet_totals, place};
+use ocmc_io::fleet_total::place;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::label::label;
-use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
+use ocmc_io::number_text::{count_of, grouped, rough, short};
+use ocmc_io::run_directory::check_free_of_groups;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write;
@@ -70,18 +72,6 @@ pub struct MixedFleetAnswer {
     pub threads: usize,
 }
 
-/// A total of a fleet, or of a group.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct NamedTotal {
-    /// Name of it.
-    pub name: String,
-    /// Unit of it.
-    pub unit: String,
-    /// The total, and where that of another fleet of as many trucks lies.
-    #[serde(flatten)]
-    pub total: Total,
-}
-
 /// A group of a fleet, and what it adds up to.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct GroupAnswer {
@@ -113,14 +103,19 @@ pub struct Replaceable {
 /// Drives the groups of a fleet.
 ///
 /// # Errors
-/// [`Error::GroupWithoutTrips`] where trucks of a group make no more than one trip each, those of
-/// [`run`], and [`Error::Interrupted`]: what was finished of a directory is kept.
+/// [`Error::GroupWithoutTrips`] where trucks of a group make no more than one trip each,
+/// [`Error::RunDirectory`] where the folder or a group of it has a run, before any is driven,
+/// those of [`run`], and [`Error::Interrupted`]: what was finished of a directory is kept.
 pub fn mixed_fleet(
     request: &MixedFleetRequest,
     watch: &mut Watch,
 ) -> Result<MixedFleetAnswer, Error> {
     let clock = Instant::now();
     let plans = plans(request)?;
+    if let (Some((folder, _)), false) = (&request.out, request.resume) {
+        let names: Vec<&str> = request.groups.iter().map(|group| &*group.name).collect();
+        check_free_of_groups(folder, &names)?;
+    }
     let others: u64 = pairs(request.groups).map(|(of, _)| plans[of].cycles).sum();
     let total = others + plans.iter().map(|plan| plan.cycles).sum::<u64>();
     let mut before = 0;
@@ -140,7 +135,7 @@ pub fn mixed_fleet(
             trucks: group.trucks,
             first_truck: plan.first_cycle / trips(group),
             trips_per_truck: trips(group),
-            totals: named(&answer.summary.summary),
+            totals: named_totals(&answer.summary.summary),
             run: answer,
         });
     }
@@ -249,15 +244,6 @@ fn replaced(
     Ok(Some(Replaceable { group, vehicle_of, arrivals }))
 }
 
-fn named(summary: &Summary) -> Vec<NamedTotal> {
-    let of = |FleetTotal { name, unit, factor, total: Total { total, prediction95 } }| {
-        let scaled = prediction95.map(|ends| ends.map(|end| factor * end));
-        let total = Total { total: factor * total, prediction95: scaled };
-        NamedTotal { name: name.to_owned(), unit: unit.to_owned(), total }
-    };
-    summary.trucks.iter().flat_map(fleet_totals).map(of).collect()
-}
-
 /// Totals of all groups. Costs in two currencies stay apart.
 fn summed(groups: &[GroupAnswer], shared: bool) -> Vec<NamedTotal> {
     let mut sums: Vec<(NamedTotal, Vec<Option<f64>>)> = Vec::new();
@@ -312,14 +298,6 @@ impl Answer for MixedFleetAnswer {
         }
         text + &self.consumptions() + &self.arrivals()
     }
-}
-
-fn totals_text(totals: &[NamedTotal]) -> String {
-    let line = |NamedTotal { name, unit, total: Total { total, prediction95 } }: &NamedTotal| {
-        let half = prediction95.map(|[low, high]| format!(" ± {}", rough((high - low) / 2.0)));
-        format!("  {name:<11} {}{} {unit}\n", rounded(*total), half.unwrap_or_default())
-    };
-    totals.iter().map(line).collect()
 }
 
 impl MixedFleetAnswer {

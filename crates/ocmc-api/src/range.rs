@@ -2,7 +2,7 @@
 
 use crate::answer::Answer;
 use crate::error::Error;
-use crate::text::{fact, table, took};
+use crate::text::{fact, folded, table, took};
 use crate::watch::{Watch, watched};
 use ocmc_core::record::Record;
 use ocmc_fleet::dependence::Dependence;
@@ -38,6 +38,10 @@ pub struct RangeAnswer {
     /// The answer.
     #[serde(flatten)]
     pub range: RangeSummary,
+    /// That the trips are too short to show how far trucks come, and what shows it; none where they
+    /// are long enough.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub too_short: Option<String>,
     #[serde(skip)]
     driven: Option<(RunPlan, f64)>,
 }
@@ -110,7 +114,30 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     let none = || Error::NoBattery(name.clone());
     let range = summarise(&trips, Dependence::of(&long.model, plan.seed)).ok_or_else(none)?;
     let driven = Some((*plan, clock.elapsed().as_secs_f64()));
-    Ok(RangeAnswer { source: name.clone(), trip_length_m, range, driven })
+    let remedy = if trip_length_m.is_some() { LONGER_DURATION } else { LONGER_ROUTE };
+    let too_short = too_short(&range, remedy);
+    Ok(RangeAnswer { source: name.clone(), trip_length_m, range, too_short, driven })
+}
+
+/// What shows how far trucks come where trips are too short: those that are as long as a study
+/// allows, those of given routes, and those of a run.
+const LONGER_DURATION: &str = "a longer `simulation.longest_duration_s` allows longer ones";
+const LONGER_ROUTE: &str =
+    "a longer route shows it, and `ocmc size` how small a battery this one needs";
+const LONGER_TRIPS: &str =
+    "`ocmc range --study NAME|FILE`, without a run, drives trips that are long enough";
+
+/// That trips are too short, and what shows how far trucks come; none where they are long enough.
+fn too_short(range: &RangeSummary, remedy: &str) -> Option<String> {
+    let charge = range.lowest_charge.filter(|_| range.is_too_short())?;
+    let RangeOf { trips, depleted, .. } = range.all;
+    let percent = (100.0 * charge).floor();
+    let trips = match depleted {
+        0 => format!("All trips that arrive end with at least {percent} % of charge"),
+        1 => format!("Only 1 of {} runs empty", count_of(trips, "trip")),
+        _ => format!("Only {} of {} run empty", grouped(depleted), count_of(trips, "trip")),
+    };
+    Some(format!("{trips}: they are too short to show how far trucks come; {remedy}."))
 }
 
 /// What the records of a run tell of the range: a trip that arrived tells that it is longer.
@@ -126,7 +153,9 @@ pub fn range_of_run(directory: &Path) -> Result<RangeAnswer, Error> {
     let none = || Error::NoBattery(manifest.study.clone());
     let range = summarise(&trips, manifest.dependence()).ok_or_else(none)?;
     let source = directory.display().to_string();
-    Ok(RangeAnswer { source, trip_length_m: None, range, driven: None })
+    let on_routes = !manifest.routes().is_empty() || manifest.followed.is_some();
+    let too_short = too_short(&range, if on_routes { LONGER_ROUTE } else { LONGER_TRIPS });
+    Ok(RangeAnswer { source, trip_length_m: None, range, too_short, driven: None })
 }
 
 /// Widths of the table of ranges.
@@ -188,6 +217,9 @@ impl Answer for RangeAnswer {
         if all.given_up > 0 {
             let trips = count_of(all.given_up, "trip");
             text.push_str(&fact("given up", format!("{trips} that stalled or timed out")));
+        }
+        if let Some(told) = &self.too_short {
+            let _ = writeln!(text, "\n{}", folded(told, ""));
         }
         text.push_str("\nLongest trip, in km, with which so many of the trucks arrive\n");
         let shares = all.arriving.iter().map(|a| format!("{:.0} %", 100.0 * a.share));

@@ -8,7 +8,7 @@ use ocmc_io::workbook;
 use std::path::{Path, PathBuf};
 
 pub use ocmc_io::report::{Gathered, REPORT, Reported, html as report};
-pub use ocmc_io::run_directory::directory_of;
+pub use ocmc_io::run_directory::{FLEET, directory_of, runs_in};
 pub use ocmc_io::workbook::{MOST_RECORDS, WORKBOOK, WorkbookError, check_cycles};
 
 /// Notes the checksum of a report that was written to its run directory.

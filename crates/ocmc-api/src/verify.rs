@@ -2,9 +2,9 @@
 
 use crate::answer::Answer;
 use crate::error::Error;
-use ocmc_io::run_directory::{self, Verified};
+use ocmc_io::run_directory::{self, MANIFEST, RunDirectoryError, Verified, runs_in};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use ocmc_io::run_directory::CheckedFile;
 
@@ -35,7 +35,8 @@ impl Answer for VerifyAnswer {
 }
 
 /// Checks every file that a run has written: of a run that has ended, or of one that can be
-/// resumed.
+/// resumed. Of a folder with several runs, such as those of the groups of a fleet, the files of
+/// all.
 ///
 /// ```
 /// use ocmc_api::{GivenDrive, RecordFormat, RunPlan, RunRequest, go_on, run, study, verify};
@@ -54,6 +55,32 @@ impl Answer for VerifyAnswer {
 /// # Errors
 /// [`Error::RunDirectory`] where there is no run.
 pub fn verify(directory: &Path) -> Result<VerifyAnswer, Error> {
-    let verified = run_directory::verify(directory)?;
+    let runs = runs_in(directory);
+    let verified = if runs.is_empty() { run_directory::verify(directory)? } else { all_of(&runs)? };
     Ok(VerifyAnswer { whole: verified.is_whole(), verified })
+}
+
+/// The files of several runs, with the names of their directories in front, and the state that they
+/// have in common.
+fn all_of(runs: &[PathBuf]) -> Result<Verified, Error> {
+    let mut states = Vec::new();
+    let mut files = Vec::new();
+    for run in runs {
+        let found = match run_directory::verify(run) {
+            Err(error @ RunDirectoryError::NotARun { .. }) => {
+                let (name, fault) = (MANIFEST.to_owned(), Some(error.to_string()));
+                Verified { status: None, files: vec![CheckedFile { name, fault }] }
+            }
+            found => found?,
+        };
+        states.push(found.status);
+        let group = run.file_name().unwrap_or_default().to_string_lossy();
+        files.extend(found.files.into_iter().map(|file| {
+            let name = format!("{group}/{}", file.name);
+            CheckedFile { name, ..file }
+        }));
+    }
+    let first = states.first().copied().flatten();
+    let status = first.filter(|first| states.iter().all(|state| *state == Some(*first)));
+    Ok(Verified { status, files })
 }

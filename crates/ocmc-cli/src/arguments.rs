@@ -1,7 +1,7 @@
 //! What commands have in common of what the user types: plain data, and how values are read.
 
 use crate::failure::Failure;
-use crate::output::{self, warn};
+use crate::output::{self, Target, warn};
 use crate::progress::watched;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -151,10 +151,18 @@ impl NoiseOptions {
     }
 }
 
+/// Whether anything is told beside an answer. All commands take it: scripts give it to all.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct QuietOption {
+    /// No progress, no hints and no account of what was read
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
 /// How an answer is waited for and given.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct AnswerOptions {
-    /// No progress
+    /// No progress, no hints and no account of what was read
     #[arg(long)]
     pub(crate) quiet: bool,
     /// The answer as JSON
@@ -168,7 +176,32 @@ impl AnswerOptions {
         self,
         ask: impl FnOnce(&mut Watch) -> Result<A, Error>,
     ) -> Result<(), Failure> {
-        output::print(&watched(self.quiet, ask)?, self.json)
+        self.show(&watched(self.quiet, ask)?)
+    }
+
+    /// Prints an answer, with what was read where that is to be told.
+    pub(crate) fn show(self, answer: &impl Answer) -> Result<(), Failure> {
+        let print = if self.quiet { output::print_quietly } else { output::print };
+        print(answer, self.json)
+    }
+}
+
+/// Where a table goes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TableOptions {
+    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard
+    /// output]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// JSON instead of CSV to standard output
+    #[arg(long, conflicts_with = "out")]
+    pub(crate) json: bool,
+}
+
+impl TableOptions {
+    /// The file, or standard output.
+    pub(crate) fn target(&self) -> Result<Target<'_>, Failure> {
+        if self.json { Ok(Target::json()) } else { Target::of(self.out.as_deref()) }
     }
 }
 
@@ -211,8 +244,7 @@ impl FiledWorkOptions {
     ) -> Result<(), Failure> {
         let answer = watched(self.answer.quiet, ask)?;
         self.out.as_deref().map_or(Ok(()), |directory| save(&answer, directory))?;
-        let print = if self.answer.quiet { output::print_quietly } else { output::print };
-        print(&answer, self.answer.json)
+        self.answer.show(&answer)
     }
 }
 

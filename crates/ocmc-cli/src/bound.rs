@@ -3,7 +3,7 @@
 
 use crate::arguments::{RangeArguments, StudyOptions, WorkOptions, whole_number};
 use crate::failure::Failure;
-use crate::output::{self, Target};
+use crate::output::Target;
 use crate::progress::watched;
 use clap::Args;
 use ocmc_api::{BoundRequest, LAST_CYCLE_ID};
@@ -43,5 +43,5 @@ pub(crate) fn bound(arguments: &BoundArguments) -> Result<(), Failure> {
     if let (Some(target), Some(optimum)) = (target, &answer.optimum) {
         target.write(optimum, |bytes| optimum.write_csv(bytes))?;
     }
-    output::print(&answer, work.answer.json)
+    work.answer.show(&answer)
 }

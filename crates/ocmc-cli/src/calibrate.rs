@@ -1,8 +1,7 @@
 //! `ocmc calibrate`: the laws behind measured tables.
 
-use crate::arguments::{AnswerOptions, NoiseOptions, StudyOptions, WorkOptions, whole_number};
+use crate::arguments::{NoiseOptions, StudyOptions, WorkOptions, whole_number};
 use crate::failure::Failure;
-use crate::output;
 use crate::progress::watched;
 use crate::study::write_fitted;
 use clap::{Args, Subcommand};
@@ -85,7 +84,7 @@ pub(crate) struct CurveSpeedArguments {
     #[arg(long, value_name = "MPS2", default_value = "0", allow_negative_numbers = true)]
     least_lateral: f64,
     #[command(flatten)]
-    answer: AnswerOptions,
+    work: WorkOptions,
     /// Study file to write: the study with the calibrated law laid over it
     #[arg(long, value_name = "FILE")]
     study_out: Option<PathBuf>,
@@ -100,7 +99,8 @@ pub(crate) fn calibrate(command: &CalibrateCommand) -> Result<(), Failure> {
 }
 
 fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
-    let CurveSpeedArguments { table, answer, study_out, .. } = arguments;
+    let CurveSpeedArguments { table, work: WorkOptions { threads, answer }, study_out, .. } =
+        arguments;
     let study = &arguments.study.load()?;
     let law;
     let measured = if is_study(table) {
@@ -116,6 +116,7 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
             seed: arguments.seed,
             drivers: arguments.drivers,
             per_driver: arguments.trips,
+            threads: threads.unwrap_or(0),
         },
         fit: CurveSpeedOptions {
             reference_radius_m: study.model.driver.curve_speed.reference_radius_m,
@@ -128,11 +129,11 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
     };
     let request = CalibrateCurveSpeedRequest { table: measured, study, options };
     let found = watched(answer.quiet, |watch| ocmc_api::calibrate_curve_speed(&request, watch))?;
-    output::print(&found, answer.json)?;
+    answer.show(&found)?;
     let Some(path) = study_out else { return Ok(()) };
     let by = ("calibrate curve-speed", &*format!("`{}`", table.display()));
     let base = arguments.study.study.to_string_lossy();
-    write_fitted(path, &base, "calibrated", by, &found.study)
+    write_fitted(path, &base, "calibrated", by, &found.study, answer.quiet)
 }
 
 fn totals(arguments: &TotalsArguments) -> Result<(), Failure> {
@@ -147,11 +148,11 @@ fn totals(arguments: &TotalsArguments) -> Result<(), Failure> {
     };
     let answer = work.answer;
     let found = watched(answer.quiet, |watch| ocmc_api::calibrate_totals(&request, watch))?;
-    output::print(&found, answer.json)?;
+    answer.show(&found)?;
     let Some(path) = out else { return Ok(()) };
     let base = arguments.study.study.to_string_lossy();
     let by = ("calibrate totals", found.standing.as_str());
-    write_fitted(path, &base, "calibrated", by, &found.study)
+    write_fitted(path, &base, "calibrated", by, &found.study, answer.quiet)
 }
 
 /// Whether a table is a study: by the ending of its file, or by the name of a built-in one.

@@ -1,9 +1,9 @@
 //! `ocmc fit`: from measurements to the numbers of a study.
 
-use crate::arguments::{FileOptions, one_of, share, sources, whole_number};
+use crate::arguments::{AnswerOptions, FileOptions, one_of, share, sources, whole_number};
 use crate::failure::Failure;
 use crate::log::SteeringArguments;
-use crate::output::{self, warn};
+use crate::output::warn;
 use crate::study::write_fitted;
 use clap::{Args, Subcommand};
 use ocmc_api::number_text::count_of;
@@ -44,9 +44,8 @@ pub(crate) enum FitCommand {
 /// Where fitted values go.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct FittedArguments {
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: AnswerOptions,
     /// Study file to write: the base with the fitted values laid over it
     #[arg(long, value_name = "FILE")]
     study_out: Option<PathBuf>,
@@ -256,9 +255,8 @@ pub(crate) struct FleetArguments {
     /// Seed of these draws
     #[arg(long, value_name = "N", default_value = "1", value_parser = whole_number(0..=u64::MAX), allow_negative_numbers = true)]
     seed: u64,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: AnswerOptions,
 }
 
 /// The clock of a place by the hours by which its standard time is ahead of UTC.
@@ -355,7 +353,7 @@ fn fleet(arguments: &FleetArguments) -> Result<(), Failure> {
             ..FleetOptions::default()
         },
     };
-    output::print(&ocmc_api::fit_fleet(&request)?, arguments.json)
+    arguments.answer.show(&ocmc_api::fit_fleet(&request)?)
 }
 
 fn traffic(arguments: &TrafficArguments) -> Result<(), Failure> {
@@ -388,7 +386,7 @@ fn deliver<Fit: Serialize>(
     files: &[PathBuf],
     answer: &FitAnswer<Fit>,
 ) -> Result<(), Failure> {
-    output::print(answer, arguments.json)?;
+    arguments.answer.show(answer)?;
     let Some(path) = &arguments.study_out else { return Ok(()) };
     let rows: u64 = answer.inputs.iter().map(|input| input.rows as u64).sum();
     let sources = match rows {
@@ -396,7 +394,7 @@ fn deliver<Fit: Serialize>(
         rows => format!("{} of {}", count_of(rows, "row"), named(files)),
     };
     let by = (&*format!("fit {command}"), &*sources);
-    write_fitted(path, &arguments.base, "fitted", by, &answer.study)
+    write_fitted(path, &arguments.base, "fitted", by, &answer.study, arguments.answer.quiet)
 }
 
 /// Files by their names; of many, the first ones.

@@ -64,10 +64,12 @@ pub(crate) fn learn(arguments: &LearnArguments) -> Result<(), Failure> {
         threads: work.threads,
     };
     let found = watched(work.answer.quiet, |watch| ocmc_api::learn(&request, watch))?;
-    output::print(&found, work.answer.json)?;
+    work.answer.show(&found)?;
     if let Some(page) = page {
         found.save_page(page)?;
-        output::note(&format!("Written: `{}`.", page.display()));
+        if !work.answer.quiet {
+            output::note(&format!("Written: `{}`.", page.display()));
+        }
     }
-    out.as_ref().map_or(Ok(()), |out| written_study(out, &found.study_toml))
+    out.as_ref().map_or(Ok(()), |out| written_study(out, &found.study_toml, work.answer.quiet))
 }

@@ -19,6 +19,7 @@ mod mixed_fleet;
 mod output;
 mod progress;
 mod range;
+mod report;
 mod road;
 mod run;
 mod shell;
@@ -33,6 +34,7 @@ mod vecto;
 mod verify;
 
 use analysis::{CompareArguments, DoubtArguments, SensitivityArguments};
+use arguments::QuietOption;
 use ask::AskArguments;
 use benchmark::BenchmarkArguments;
 use bound::BoundArguments;
@@ -50,8 +52,9 @@ use ocmc_api::Error;
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::list;
 use range::BatteryRangeArguments;
+use report::ReportArguments;
 use road::{RoadArguments, ValidateArguments};
-use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
+use run::{DriveArguments, MergeArguments, RunArguments};
 use simulator_study::SimulatorStudyArguments;
 use size::SizeArguments;
 use std::ffi::OsString;
@@ -242,12 +245,16 @@ enum Command {
     Completions {
         /// The shell
         shell: Shell,
+        #[command(flatten)]
+        quiet: QuietOption,
     },
     /// Writes the manual pages
     Man {
         /// Directory to write them to
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
+        #[command(flatten)]
+        quiet: QuietOption,
     },
 }
 
@@ -285,12 +292,12 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
         Some(Command::Bound(arguments)) => bound::bound(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),
-        Some(Command::Report(arguments)) => run::report(arguments),
+        Some(Command::Report(arguments)) => report::report(arguments),
         Some(Command::Verify(arguments)) => verify::verify(arguments),
-        Some(Command::Completions { shell }) => {
+        Some(Command::Completions { shell, .. }) => {
             output::answer(&shell::completions(*shell, Arguments::command()))
         }
-        Some(Command::Man { out }) => shell::man(out, Arguments::command()),
+        Some(Command::Man { out, .. }) => shell::man(out, Arguments::command()),
     };
     match done {
         Ok(()) => DONE,

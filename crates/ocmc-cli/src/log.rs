@@ -1,9 +1,9 @@
 //! `ocmc curves`, `ocmc identify`: the curves that were driven, and the pedal gains of drivers,
 //! from measured logs.
 
-use crate::arguments::{FileOptions, one_of, sources};
+use crate::arguments::{AnswerOptions, FileOptions, TableOptions, WorkOptions, one_of, sources};
 use crate::failure::Failure;
-use crate::output::{self, Target, warn};
+use crate::output::{self, warn};
 use crate::progress::watched;
 use clap::Args;
 use ocmc_api::{
@@ -53,10 +53,8 @@ impl SteeringArguments {
 pub(crate) struct CurvesArguments {
     #[command(flatten)]
     files: LogFileArguments,
-    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard
-    /// output]
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    table: TableOptions,
     /// How curves are distinguished from straights
     #[arg(long, value_name = "NAME", default_value = "hidden-markov", value_parser = one_of(detectors()))]
     detector: Detector,
@@ -86,6 +84,7 @@ pub(crate) struct CurvesArguments {
 
 /// Options of `ocmc identify`.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("quiet", |quiet| quiet.help("No progress and no account of what was left out")))]
 pub(crate) struct IdentifyArguments {
     #[command(flatten)]
     files: LogFileArguments,
@@ -123,17 +122,13 @@ pub(crate) struct IdentifyArguments {
     /// No intervals: several times as fast
     #[arg(long)]
     no_intervals: bool,
-    /// No account of what was left out
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    work: WorkOptions,
 }
 
 /// Finds the curves of all drives of the logs and writes them down.
 pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
-    let target = Target::of(arguments.out.as_deref())?;
+    let target = arguments.table.target()?;
     let given = |value: Option<f64>| value.map_or(Correction::Estimated, Correction::Given);
     let standard = CurveOptions::default();
     let options = CurveOptions {
@@ -157,7 +152,8 @@ pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
 
 /// Fits each event of each log, and the population behind them.
 pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
-    let IdentifyArguments { kp, ki, kd, quiet, .. } = arguments;
+    let IdentifyArguments { kp, ki, kd, work, .. } = arguments;
+    let AnswerOptions { quiet, json } = work.answer;
     let range = |ends: &[f64]| [ends[0], ends[1]];
     let options = IdentifyOptions {
         controller: arguments.controller,
@@ -171,6 +167,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
         proportional: range(kp),
         integral: range(ki),
         derivative: range(kd),
+        threads: work.threads.unwrap_or(0),
         ..IdentifyOptions::default()
     };
     let request = IdentifyRequest {
@@ -180,10 +177,10 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
         options,
         warn_of_rows: !quiet,
     };
-    let answer = watched(*quiet, |watch| ocmc_api::identify(&request, &mut warn, watch))?;
+    let answer = watched(quiet, |watch| ocmc_api::identify(&request, &mut warn, watch))?;
     if !quiet {
         answer.notes().iter().for_each(|told| output::note(told));
         answer.warnings().iter().for_each(|warning| warn(warning));
     }
-    output::answer(&if arguments.json { format!("{}\n", answer.to_json()) } else { answer.text() })
+    output::answer(&if json { format!("{}\n", answer.to_json()) } else { answer.text() })
 }

@@ -6,12 +6,9 @@ use crate::output::{self, warn};
 use crate::progress::{busy, watched};
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::FleetGroup;
-use ocmc_api::{Answer, CpuLevel, MixedFleetRequest, RunFormat, stored_workbook};
+use ocmc_api::{Answer, CpuLevel, FLEET, MixedFleetRequest, RunFormat, stored_workbook};
 use std::collections::BTreeSet;
 use std::path::Path;
-
-/// File of the answer.
-const FLEET: &str = "fleet.json";
 
 /// How a fleet is driven, and where its answer goes.
 pub(crate) struct FleetRun<'a> {
@@ -73,7 +70,11 @@ pub(crate) fn run_fleet(groups: &[FleetGroup], of: &FleetRun) -> Result<(), Fail
     }
     if !quiet && !json {
         let shown = path.display();
-        output::note(&format!("Written: `{shown}`, a folder of each group's run, and `{FLEET}`."));
+        output::note(&format!(
+            "Written: `{shown}`, a folder of each group's run, and `{FLEET}`. `ocmc report {}` \
+             makes a page of each group.",
+            shell_word(path)
+        ));
     }
     Ok(())
 }

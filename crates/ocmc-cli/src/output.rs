@@ -74,6 +74,11 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// JSON to standard output.
+    pub(crate) fn json() -> Self {
+        Self { path: None, json: true }
+    }
+
     /// Writes what has a form for each format.
     pub(crate) fn write(
         &self,

@@ -2,7 +2,6 @@
 
 use crate::arguments::{RangeArguments as CycleRange, StudyOptions, WorkOptions};
 use crate::failure::Failure;
-use crate::output;
 use clap::Args;
 use ocmc_api::{RangeRequest, range_of_run};
 use std::path::PathBuf;
@@ -26,7 +25,7 @@ pub(crate) struct BatteryRangeArguments {
 pub(crate) fn range(arguments: &BatteryRangeArguments) -> Result<(), Failure> {
     let BatteryRangeArguments { run, study, range, work } = arguments;
     if let Some(directory) = run {
-        return output::print(&range_of_run(directory)?, work.answer.json);
+        return work.answer.show(&range_of_run(directory)?);
     }
     let loaded = study.load()?;
     let study = (loaded.origin.to_string(), &loaded);

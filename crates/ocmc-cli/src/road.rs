@@ -1,7 +1,9 @@
 //! `ocmc road`, `ocmc validate`: the road of a drive as an operating cycle, and measured drives
 //! over simulated ones on the same road.
 
-use crate::arguments::{FiledWorkOptions, StudyOptions, one_of, sources, whole_number};
+use crate::arguments::{
+    FiledWorkOptions, StudyOptions, TableOptions, one_of, sources, whole_number,
+};
 use crate::failure::Failure;
 use crate::log::SteeringArguments;
 use crate::output::{self, Target, warn};
@@ -50,13 +52,13 @@ struct RoadOfLogArguments {
 
 /// Options of `ocmc road`.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("out", |out| out.help("File to write, `.csv` or `.json`; of several roads each \
+    gets a number: road-1.csv. An existing one is replaced [default: CSV to standard output]")))]
 pub(crate) struct RoadArguments {
     #[command(flatten)]
     road: RoadOfLogArguments,
-    /// File to write, `.csv` or `.json`; of several roads each gets a number: road-1.csv. An
-    /// existing one is replaced [default: CSV to standard output]
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    table: TableOptions,
     /// No account of what was found and left out
     #[arg(long)]
     quiet: bool,
@@ -109,8 +111,8 @@ impl RoadOfLogArguments {
 
 /// Makes the roads of logs and writes them down.
 pub(crate) fn road(arguments: &RoadArguments) -> Result<(), Failure> {
-    let RoadArguments { road, out, quiet } = arguments;
-    Target::of(out.as_deref())?;
+    let RoadArguments { road, table, quiet } = arguments;
+    let target = table.target()?;
     let request = RoadRequest {
         logs: &sources(&road.logs),
         mappings: mappings(&road.map)?,
@@ -123,8 +125,8 @@ pub(crate) fn road(arguments: &RoadArguments) -> Result<(), Failure> {
         answer.notes().iter().for_each(|told| output::note(told));
         output::note(answer.text().trim_end());
     }
-    match (answer.roads.as_slice(), out) {
-        ([only], out) => Target::of(out.as_deref())?.write(only, |bytes| only.write_csv(bytes)),
+    match (answer.roads.as_slice(), &table.out) {
+        ([only], _) => target.write(only, |bytes| only.write_csv(bytes)),
         (several, Some(out)) => several.iter().enumerate().try_for_each(|(k, road)| {
             let path = numbered(out, k + 1);
             Target::of(Some(&path))?.write(road, |bytes| road.write_csv(bytes))

@@ -1,20 +1,22 @@
-//! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints
-//! what its fleet adds up to.
+//! `ocmc`, `ocmc drive`, `ocmc merge`: runs a study or what is given, and prints what its fleet
+//! adds up to.
 
-use crate::arguments::{FileOptions, TruckOptions, check_range, one_of, whole_number};
+use crate::arguments::{
+    AnswerOptions, FileOptions, TruckOptions, check_range, one_of, whole_number,
+};
 use crate::failure::Failure;
 use crate::mixed_fleet::{FleetRun, check_options, run_fleet};
 use crate::output::{self, warn};
 use crate::progress::{busy, kept};
+use crate::report::own_file;
 use clap::Args;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::study::{self, Files, Given, Opened};
 use ocmc_api::{
     Answer, Asked, CpuLevel, DRAWS, Draw, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep,
-    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RUN_FORMATS,
-    RecordFormat, Reported, RequeueRequest, RouteModel, RunAnswer, RunEnd, RunFormat, RunRequest,
-    SUMMARY, WORKBOOK, check_cycles, directory_of, mappings, note_report, precision,
-    stored_workbook,
+    LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, RUN_FORMATS,
+    RecordFormat, RequeueRequest, RouteModel, RunAnswer, RunEnd, RunFormat, RunRequest, SUMMARY,
+    WORKBOOK, check_cycles, mappings, precision, stored_workbook,
 };
 use std::path::{Path, PathBuf};
 
@@ -68,7 +70,7 @@ pub(crate) struct RunArguments {
     /// Format of the records [default: parquet]
     #[arg(long, value_name = "FORMAT", requires = "out", value_parser = one_of(RUN_FORMATS))]
     format: Option<RunFormat>,
-    /// No progress and no hints
+    /// No progress, no hints and no account of what was read
     #[arg(long)]
     quiet: bool,
     /// The answer as JSON
@@ -111,25 +113,6 @@ pub(crate) struct DriveArguments {
     run: RunArguments,
 }
 
-/// The run to report on.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct ReportArguments {
-    /// Directory of a run, as --out wrote it
-    #[arg(value_name = "RUN_DIR")]
-    directory: PathBuf,
-    /// File to write; an existing one is replaced [default: report.html in the run directory]
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
-    /// Writes a workbook for spreadsheets instead: answer, routes, trucks, records, study; an existing
-    /// one is replaced [default: run.xlsx in the run directory]
-    #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with = "out")]
-    #[allow(
-        clippy::option_option,
-        reason = "clap's form of an option whose value may be left out"
-    )]
-    xlsx: Option<Option<PathBuf>>,
-}
-
 /// Parts to merge.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct MergeArguments {
@@ -142,12 +125,8 @@ pub(crate) struct MergeArguments {
     /// Format of the records [default: that of the first part]
     #[arg(long, value_name = "FORMAT", value_parser = one_of(FORMATS))]
     format: Option<RecordFormat>,
-    /// No hints
-    #[arg(long)]
-    quiet: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: AnswerOptions,
 }
 
 /// Runs the study, writes its records where asked to, and prints the answer.
@@ -299,7 +278,7 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
 
 /// Merges the parts of one run, from many machines, and prints what their fleet adds up to.
 pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
-    let MergeArguments { parts, out, format, quiet, json } = arguments;
+    let MergeArguments { parts, out, format, answer: AnswerOptions { quiet, json } } = arguments;
     let request = MergeRequest { parts, out, format: *format };
     let answer = busy(*quiet, "merging", || ocmc_api::merge(&request))?;
     output::print_run(&answer, *json)?;
@@ -307,54 +286,6 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
         output::note(&written(out, &answer.manifest));
     }
     Ok(())
-}
-
-/// Reads a run and writes its report: one HTML file, or a workbook.
-pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
-    let ReportArguments { directory, out, xlsx } = arguments;
-    if let Some(file) = xlsx {
-        return workbook(directory, file.as_deref());
-    }
-    let run = busy(false, "reading the run", || Reported::read(directory)).map_err(Error::from)?;
-    let path = match out {
-        Some(path) => path.clone(),
-        None => own_file(directory, REPORT, "--out where the report goes")?,
-    };
-    output::write(&path, ocmc_api::report(&run))?;
-    if out.is_none() {
-        note_report(directory_of(directory)).map_err(Error::from)?;
-    }
-    output::note(&format!("Written: `{}`. Any browser opens it.", path.display()));
-    Ok(())
-}
-
-/// A file of a run directory that is to be written; one that leads elsewhere is not. `otherwise` says
-/// with what another one is named.
-fn own_file(directory: &Path, name: &str, otherwise: &'static str) -> Result<PathBuf, Failure> {
-    let path = directory_of(directory).join(name);
-    if path.is_symlink() {
-        return Err(Failure::Link { path, otherwise });
-    }
-    Ok(path)
-}
-
-/// Reads a run and writes its workbook.
-fn workbook(directory: &Path, file: Option<&Path>) -> Result<(), Failure> {
-    match file {
-        None => drop(own_file(directory, WORKBOOK, "--xlsx FILE where the workbook goes")?),
-        Some(file) if file.extension().is_some_and(|ending| ending == "xlsx") => {}
-        Some(_) => {
-            let text = "the name after --xlsx has to end in `.xlsx`";
-            return Err(Failure::Usage(text.to_owned()));
-        }
-    }
-    let path = busy(false, "writing the workbook", || stored_workbook(directory, file))?;
-    output::note(&opened_by_spreadsheets(&path));
-    Ok(())
-}
-
-fn opened_by_spreadsheets(workbook: &Path) -> String {
-    format!("Written: `{}`. Any spreadsheet opens it.", workbook.display())
 }
 
 fn interrupted(answer: &RunAnswer, out: Option<&Path>) -> Failure {

@@ -1,26 +1,26 @@
 //! `ocmc study`: lists, shows, writes and checks study files.
 
-use crate::arguments::{FileOptions, RangeArguments};
+use crate::arguments::{AnswerOptions, FileOptions, QuietOption, RangeArguments};
 use crate::failure::Failure;
 use crate::output;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::{self, BuiltIn, LoadedStudy};
-use ocmc_api::{BirdsEyeRequest, go_on, study_difference};
+use ocmc_api::{Answer, BirdsEyeRequest, study_difference};
+use serde::Serialize;
 use serde_json::Value;
-use std::fmt::Write as _;
 use std::fs::OpenOptions;
-use std::io::{ErrorKind, Write as _};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// What can be done with studies.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum StudyCommand {
     /// Lists the built-in studies
-    List,
+    List(AnswerOptions),
     /// Lists the built-in vehicles, which a study takes by `vehicle.base`
-    Vehicles,
+    Vehicles(AnswerOptions),
     /// Prints a study or vehicle, a built-in one or a file, as it is written, with its sources
     Show {
         /// Prints every value of the study that a run uses instead, those inherited or given by
@@ -29,6 +29,8 @@ pub(crate) enum StudyCommand {
         resolved: bool,
         #[command(flatten)]
         study: StudyArguments,
+        #[command(flatten)]
+        quiet: QuietOption,
     },
     /// Writes a new study file, with every key, its unit, its source and its range
     Init {
@@ -38,11 +40,15 @@ pub(crate) enum StudyCommand {
         /// [default: every key of field-truck is written]
         #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(study::list().iter().map(|study| study.name)))]
         base: Option<String>,
+        #[command(flatten)]
+        quiet: QuietOption,
     },
     /// Checks a study file
     Check {
         #[command(flatten)]
         study: StudyArguments,
+        #[command(flatten)]
+        answer: AnswerOptions,
     },
     /// Lists the keys in which two studies differ, what differs most first
     Diff {
@@ -54,15 +60,14 @@ pub(crate) enum StudyCommand {
         b: PathBuf,
         #[command(flatten)]
         files: FileOptions,
-        /// The answer as JSON
-        #[arg(long)]
-        json: bool,
+        #[command(flatten)]
+        answer: AnswerOptions,
     },
     /// Looks at the roads that a study draws from above: hilliness, transport cycle, how dense
     /// stops and curves are
     BirdsEye(BirdsEyeArguments),
     /// Prints the JSON schema of study files
-    Schema,
+    Schema(QuietOption),
 }
 
 /// A study as a positional argument.
@@ -95,17 +100,16 @@ pub(crate) struct BirdsEyeArguments {
     /// Draws no road: the classes of infinitely many, by the laws of the study
     #[arg(long, conflicts_with_all = ["cycles", "seed", "first_cycle"])]
     laws: bool,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: AnswerOptions,
 }
 
 /// Does what was asked for.
 pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
     match command {
-        StudyCommand::List => list(study::list()),
-        StudyCommand::Vehicles => list(study::vehicles()),
-        StudyCommand::Show { resolved: true, study } => {
+        StudyCommand::List(answer) => answer.show(&BuiltIns::of(study::list())),
+        StudyCommand::Vehicles(answer) => answer.show(&BuiltIns::of(study::vehicles())),
+        StudyCommand::Show { resolved: true, study, .. } => {
             let resolved = study::resolved_toml(&study.load()?.model);
             output::answer(&study::commented(&resolved))
         }
@@ -117,48 +121,90 @@ pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
         StudyCommand::Show { study, .. } => {
             output::answer(&study::text(&study.study, &study.files.files())?)
         }
-        StudyCommand::Init { file, base } => init(file, base.as_deref()),
-        StudyCommand::Check { study } => {
-            for LoadedStudy { origin, model, .. } in
-                study.files.load_all(&study.study, &study.set)?
-            {
-                let (name, hash) = (&model.study.name, study::study_hash(&model));
-                output::answer(&format!("{origin}: a valid study, `{name}`, hash {hash}\n"))?;
-            }
-            Ok(())
+        StudyCommand::Init { file, base, quiet } => init(file, base.as_deref(), quiet.quiet),
+        StudyCommand::Check { study, answer } => {
+            let all = study.files.load_all(&study.study, &study.set)?;
+            answer.show(&Checked(all.iter().map(CheckedStudy::of).collect()))
         }
-        StudyCommand::Diff { a, b, files, json } => {
+        StudyCommand::Diff { a, b, files, answer } => {
             let load = |path: &PathBuf| files.load(path, &[]);
             let (study_a, study_b) = (load(a)?, load(b)?);
             let [a, b] = [a, b].map(|path| path.display().to_string());
-            output::print(&study_difference((&a, &study_a), (&b, &study_b)), *json)
+            answer.show(&study_difference((&a, &study_a), (&b, &study_b)))
         }
-        StudyCommand::BirdsEye(BirdsEyeArguments { study, range, laws, json }) => {
+        StudyCommand::BirdsEye(BirdsEyeArguments { study, range, laws, answer }) => {
             let study = &study.load()?;
             let plan = if *laws { None } else { Some(range.plan(None)?) };
             let request = BirdsEyeRequest { study, plan };
-            output::print(&ocmc_api::birds_eye(&request, &mut go_on)?, *json)
+            answer.print(|watch| ocmc_api::birds_eye(&request, watch))
         }
-        StudyCommand::Schema => output::answer(&format!("{:#}\n", study::schema())),
+        StudyCommand::Schema(_) => output::answer(&format!("{:#}\n", study::schema())),
     }
 }
 
-fn list(built_in: &[BuiltIn]) -> Result<(), Failure> {
-    let width = built_in.iter().map(|built_in| built_in.name.len()).max().unwrap_or(0);
-    let mut text = String::new();
-    for built_in in built_in {
-        let _ = writeln!(text, "{:width$}  {}", built_in.name, built_in.description());
-    }
-    output::answer(&text)
+/// Built-in studies or vehicles.
+#[derive(Serialize)]
+struct BuiltIns(Vec<Described>);
+
+/// One of them.
+#[derive(Serialize)]
+struct Described {
+    name: &'static str,
+    description: String,
 }
 
-fn init(path: &Path, base: Option<&str>) -> Result<(), Failure> {
+impl BuiltIns {
+    fn of(all: &[BuiltIn]) -> Self {
+        let of = |one: &BuiltIn| Described { name: one.name, description: one.description() };
+        Self(all.iter().map(of).collect())
+    }
+}
+
+impl Answer for BuiltIns {
+    fn text(&self) -> String {
+        let width = self.0.iter().map(|one| one.name.len()).max().unwrap_or(0);
+        let line = |one: &Described| format!("{:width$}  {}\n", one.name, one.description);
+        self.0.iter().map(line).collect()
+    }
+}
+
+/// Studies of a file that are valid: one, or those of its groups.
+#[derive(Serialize)]
+struct Checked(Vec<CheckedStudy>);
+
+/// One of them.
+#[derive(Serialize)]
+struct CheckedStudy {
+    origin: String,
+    name: String,
+    study_hash: String,
+}
+
+impl CheckedStudy {
+    fn of(LoadedStudy { origin, model, .. }: &LoadedStudy) -> Self {
+        let (name, study_hash) = (model.study.name.clone(), study::study_hash(model));
+        Self { origin: origin.to_string(), name, study_hash }
+    }
+}
+
+impl Answer for Checked {
+    fn text(&self) -> String {
+        let line = |CheckedStudy { origin, name, study_hash }: &CheckedStudy| {
+            format!("{origin}: a valid study, `{name}`, hash {study_hash}\n")
+        };
+        self.0.iter().map(line).collect()
+    }
+}
+
+fn init(path: &Path, base: Option<&str>, quiet: bool) -> Result<(), Failure> {
     let text = base.map_or_else(|| Ok(study::init_text()), study::init_text_of)?;
     write_new(path, &text)?;
     let (shown, word) = (path.display(), shell_word(path));
-    output::note(&format!(
-        "Written: `{shown}`. Change it, then: ocmc study check {word}; ocmc --study {word}"
-    ));
+    if !quiet {
+        output::note(&format!(
+            "Written: `{shown}`. Change it, then: ocmc study check {word}; ocmc --study {word}"
+        ));
+    }
     Ok(())
 }
 
@@ -171,17 +217,20 @@ pub(crate) fn write_fitted(
     standard: &str,
     by: (&str, &str),
     fitted: &Value,
+    quiet: bool,
 ) -> Result<(), Failure> {
     let name = path.file_stem().map_or(standard.into(), |stem| stem.to_string_lossy());
     let (text, _) = study::fitted_study(base, &name, by, fitted)?;
-    written_study(path, &text)
+    written_study(path, &text, quiet)
 }
 
 /// Writes the text of a study, and says how to run it.
-pub(crate) fn written_study(path: &Path, text: &str) -> Result<(), Failure> {
+pub(crate) fn written_study(path: &Path, text: &str, quiet: bool) -> Result<(), Failure> {
     write_new(path, text)?;
     let (shown, word) = (path.display(), shell_word(path));
-    output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));
+    if !quiet {
+        output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));
+    }
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use crate::analysis::any_column;
 use crate::arguments::{FileOptions, RangeArguments, WorkOptions, one_of};
 use crate::failure::Failure;
-use crate::output::{self, Target};
+use crate::output::Target;
 use crate::progress::watched;
 use clap::Args;
 use ocmc_api::{AGAINSTS, Against, Source, SweepPoints, SweepRequest};
@@ -68,5 +68,5 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     if let Some(target) = target {
         target.write(&answer, |bytes| answer.write_csv(bytes))?;
     }
-    output::print(&answer, work.answer.json)
+    work.answer.show(&answer)
 }

@@ -148,3 +148,78 @@ fn each_command_is_in_one_group_of_the_help() {
     assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
     assert!(help.contains("Ask:\n  drive") && help.contains("--cycles"), "{help}");
 }
+
+/// Commands that do not take one of the options that all take, and why.
+const WITHOUT: [(&str, &str, &[&str]); 7] = [
+    ("json", "print what is written, as it is", &["study show", "completions"]),
+    ("json", "is JSON", &["study schema"]),
+    ("json", "write files, and have no answer", &["study init", "report", "man"]),
+    (
+        "threads",
+        "drive nothing",
+        &[
+            "study list",
+            "study vehicles",
+            "study show",
+            "study init",
+            "study check",
+            "study diff",
+            "study birds-eye",
+            "study schema",
+            "cycle",
+            "merge",
+            "report",
+            "verify",
+            "completions",
+            "man",
+        ],
+    ),
+    ("threads", "drive one trip at a time", &["trace", "vecto"]),
+    ("threads", "find what a log shows, file by file", &["curves", "road"]),
+    (
+        "threads",
+        "fit tables, in moments",
+        &[
+            "fit curve-speed",
+            "fit speed-change",
+            "fit operating-cycle",
+            "fit weather",
+            "fit traffic",
+            "fit fleet",
+        ],
+    ),
+];
+
+#[test]
+fn all_commands_take_quiet_json_and_threads_where_they_make_sense() {
+    let mut program = Arguments::command();
+    program.build();
+    let mut all = Vec::new();
+    commands(&program, "ocmc", &mut all);
+    let mut without: Vec<(&str, &str)> = Vec::new();
+    for (option, _, names) in WITHOUT {
+        without.extend(names.iter().map(|name| (option, *name)));
+    }
+    for (typed, command) in &all {
+        let name = typed.trim_start_matches("ocmc").trim();
+        for option in ["quiet", "json", "threads"] {
+            let takes = command.get_arguments().any(|argument| argument.get_id() == option);
+            let place = without.iter().position(|exception| *exception == (option, name));
+            assert_ne!(takes, place.is_some(), "`{typed}` and --{option}");
+            place.map(|place| without.remove(place));
+        }
+    }
+    assert!(without.is_empty(), "no such commands: {without:?}");
+}
+
+#[test]
+fn the_readme_has_a_question_for_every_command() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");
+    let readme = std::fs::read_to_string(path).expect("the page");
+    let rows: String = readme.lines().filter(|line| line.starts_with("| ")).collect();
+    for command in Arguments::command().get_subcommands() {
+        let typed = format!("`ocmc {}", command.get_name());
+        let asked = [' ', '`'].iter().any(|end| rows.contains(&format!("{typed}{end}")));
+        assert!(asked, "{typed}");
+    }
+}

@@ -1,8 +1,7 @@
 //! `ocmc vecto`: VECTO's results beside what is computed here, from VECTO's own files.
 
-use crate::arguments::FileOptions;
+use crate::arguments::{AnswerOptions, FileOptions};
 use crate::failure::Failure;
-use crate::output;
 use clap::Args;
 use ocmc_api::{VectoRequest, VectoTruck};
 use std::path::PathBuf;
@@ -27,14 +26,13 @@ pub(crate) struct VectoArguments {
     set: Vec<String>,
     #[command(flatten)]
     files: FileOptions,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: AnswerOptions,
 }
 
 /// Compares and prints.
 pub(crate) fn vecto(arguments: &VectoArguments) -> Result<(), Failure> {
-    let VectoArguments { truck, missions, results, set, files, json } = arguments;
+    let VectoArguments { truck, missions, results, set, files, answer } = arguments;
     let request = VectoRequest {
         truck: VectoTruck::named(truck),
         missions: missions.clone(),
@@ -42,5 +40,5 @@ pub(crate) fn vecto(arguments: &VectoArguments) -> Result<(), Failure> {
         sets: set.clone(),
         files: files.files(),
     };
-    output::print(&ocmc_api::vecto(&request)?, *json)
+    answer.show(&ocmc_api::vecto(&request)?)
 }

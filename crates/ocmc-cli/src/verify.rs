@@ -1,7 +1,7 @@
 //! `ocmc verify`: whether the files of a run are what was written.
 
+use crate::arguments::AnswerOptions;
 use crate::failure::Failure;
-use crate::output;
 use crate::progress::busy;
 use clap::Args;
 use std::path::PathBuf;
@@ -9,18 +9,17 @@ use std::path::PathBuf;
 /// The run to check.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct VerifyArguments {
-    /// Directory of a run, as --out wrote it
+    /// Directory of a run, as --out wrote it, or of a fleet's groups
     #[arg(value_name = "RUN_DIR")]
     directory: PathBuf,
-    /// The answer as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: AnswerOptions,
 }
 
 /// Checks the files and prints what is wrong with which.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
-    let VerifyArguments { directory, json } = arguments;
-    let answer = busy(false, "checking the files", || ocmc_api::verify(directory))?;
-    output::print(&answer, *json)?;
-    if answer.whole { Ok(()) } else { Err(Failure::NotWhole { path: directory.clone() }) }
+    let VerifyArguments { directory, answer } = arguments;
+    let found = busy(answer.quiet, "checking the files", || ocmc_api::verify(directory))?;
+    answer.show(&found)?;
+    if found.whole { Ok(()) } else { Err(Failure::NotWhole { path: directory.clone() }) }
 }

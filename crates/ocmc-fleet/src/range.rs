@@ -12,6 +12,14 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
 
+impl RangeSummary {
+    /// Whether so few trips emptied the battery that no length is known.
+    pub fn is_too_short(&self) -> bool {
+        let known = self.all.arriving.iter().any(|arriving| arriving.range_m.is_some());
+        self.lowest_charge.is_some() && !known
+    }
+}
+
 /// Shares of the trips that arrive, for which the longest trip is told.
 pub const ARRIVING: [f64; 7] = [0.99, 0.95, 0.9, 0.75, 0.5, 0.25, 0.05];
 
@@ -29,14 +37,15 @@ pub struct RangeTrip {
     outcome: Outcome,
     payload_kg: f64,
     departure_s_of_year: f64,
+    final_charge: f64,
 }
 
 impl RangeTrip {
     /// Of a record; none without a battery.
     pub fn of(record: &Record) -> Option<Self> {
-        record.final_charge?;
+        let final_charge = record.final_charge?;
         let Record { cycle_id, distance_m, outcome, payload_kg, departure_s_of_year, .. } = *record;
-        Some(Self { cycle_id, distance_m, outcome, payload_kg, departure_s_of_year })
+        Some(Self { cycle_id, distance_m, outcome, payload_kg, departure_s_of_year, final_charge })
     }
 }
 
@@ -46,6 +55,8 @@ pub struct RangeSummary {
     /// Of all trips.
     #[serde(flatten)]
     pub all: RangeOf,
+    /// The lowest state of charge at the end of a trip that arrived; none where none arrived.
+    pub lowest_charge: Option<f64>,
     /// Share that arrives over the length of the trip.
     pub curve: Vec<CurvePoint>,
     /// By the season of the north in which trips depart.
@@ -181,8 +192,10 @@ pub fn summarise(trips: &[RangeTrip], dependence: Dependence) -> Option<RangeSum
             .extend(group(name, &|trip| trip.payload_kg > above_kg && trip.payload_kg <= to_kg));
         above_kg = to_kg;
     }
+    let arrived = trips.iter().filter(|trip| trip.outcome == Outcome::Completed);
     Some(RangeSummary {
         all: range_of(trips, dependence),
+        lowest_charge: arrived.map(|trip| trip.final_charge).reduce(f64::min),
         curve: curve.collect(),
         by_season: by_season.collect(),
         by_payload,
@@ -219,6 +232,7 @@ mod tests {
             outcome,
             payload_kg: 1000.0 * (cycle_id % 4) as f64,
             departure_s_of_year: DAY_S * (cycle_id % 365) as f64,
+            final_charge: if outcome == Outcome::Depleted { 0.0 } else { 0.7 },
         }
     }
 
@@ -260,5 +274,20 @@ mod tests {
         assert_eq!((range.trips, range.depleted, range.given_up), (4, 2, 1));
         assert_eq!(range.arriving[3].range_m, Some(100.0));
         assert_eq!(range.arriving[6].range_m, None);
+    }
+
+    #[test]
+    fn trips_of_which_next_to_none_is_empty_are_too_short() {
+        let all = |empty: u64, at_m: f64| {
+            let outcome = |k| if k < empty { Outcome::Depleted } else { Outcome::Completed };
+            let length_m = |k| if k < empty { at_m } else { 200.0 };
+            let trips: Vec<RangeTrip> =
+                (0..1000).map(|k| trip(k, length_m(k), outcome(k))).collect();
+            summarise(&trips, Dependence::default()).expect("trips")
+        };
+        assert_eq!((all(0, 0.0).lowest_charge, all(1000, 90.0).lowest_charge), (Some(0.7), None));
+        assert!(all(0, 0.0).is_too_short() && all(9, 190.0).is_too_short());
+        // 99 % arrive with a known length
+        assert!(!all(20, 190.0).is_too_short() && !all(1000, 90.0).is_too_short());
     }
 }

@@ -308,17 +308,22 @@ impl TruckYearBuilder {
         years: u64,
         totals: &TripTotals,
     ) -> Option<Error> {
-        let of_truck = total / trucks as f64;
-        let truck_of = |trip: &SharedTrip| self.years[trip.places[0]].truck_id;
-        let trips = self.trips.iter().zip(totals.cycle_ids);
-        let chunks = self.trips.chunk_by(|a, b| truck_of(a) == truck_of(b));
-        let many = chunks.flat_map(|chunk| std::iter::repeat_n(chunk.len() as f64, chunk.len()));
-        totals.clusters.spread(
-            trips.zip(many).map(|((trip, id), many)| {
-                (*id, trip.amounts[amount] / years as f64 - of_truck / many)
-            }),
-        )
+        let trips = self.trips.iter().zip(totals.cycle_ids).map(|(trip, id)| {
+            let truck_id = self.years[trip.places[0]].truck_id;
+            (truck_id, *id, trip.amounts[amount] / years as f64)
+        });
+        error_of_total(&trips.collect::<Vec<_>>(), total / trucks as f64, totals.clusters)
     }
+}
+
+/// How sure a total of trips is, (truck, cycle id, amount) in the order of their trucks, of which
+/// each has `of_truck` in the mean. A trip differs by its amount less its share of that.
+fn error_of_total(trips: &[(u64, u64, f64)], of_truck: f64, clusters: &Clusters) -> Option<Error> {
+    let by_truck = trips.chunk_by(|a, b| a.0 == b.0);
+    clusters.spread(by_truck.flat_map(|trips| {
+        let each = of_truck / trips.len() as f64;
+        trips.iter().map(move |(_, id, amount)| (*id, amount - each))
+    }))
 }
 
 /// The consumption of all trucks in each month, total over total.
@@ -435,20 +440,17 @@ impl Total {
         clusters: &Clusters,
         dependence: Dependence,
     ) -> Self {
-        let truck = |id: u64| id / dependence.trips_per_truck;
-        let by_truck: Vec<_> = trips.chunk_by(|a, b| truck(a.0) == truck(b.0)).collect();
-        let amount = |trips: &&[(u64, f64)]| trips.iter().map(|(_, amount)| amount).sum();
-        let totals: Vec<f64> = by_truck.iter().map(amount).collect();
-        let of_truck = totals.iter().sum::<f64>() / totals.len() as f64;
-        let influences = by_truck.iter().flat_map(|trips| {
-            let each = of_truck / trips.len() as f64;
-            trips.iter().map(move |(id, amount)| (*id, amount - each))
-        });
+        let of = |(id, amount): &(u64, f64)| (id / dependence.trips_per_truck, *id, *amount);
+        let trips: Vec<(u64, u64, f64)> = trips.iter().map(of).collect();
+        let by_truck = trips.chunk_by(|a, b| a.0 == b.0);
+        let amount = |trips: &[(u64, u64, f64)]| trips.iter().map(|(_, _, amount)| amount).sum();
+        let totals: Vec<f64> = by_truck.map(amount).collect();
         let of_trucks = Self::of_trucks(&totals);
-        if dependence.is_shared() {
-            return of_trucks.of_shared(clusters.spread(influences));
+        if !dependence.is_shared() {
+            return of_trucks;
         }
-        of_trucks
+        let of_truck = of_trucks.total / totals.len() as f64;
+        of_trucks.of_shared(error_of_total(&trips, of_truck, clusters))
     }
 }
 

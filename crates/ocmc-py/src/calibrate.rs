@@ -98,7 +98,7 @@ pub(crate) fn calibrate_curve_speed<'py>(
     };
     let study = &study.get().loaded;
     let options = CalibrationOptions {
-        trips: Trips { seed, drivers, per_driver: trips },
+        trips: Trips { seed, drivers, per_driver: trips, threads: 0 },
         fit: CurveSpeedOptions {
             reference_radius_m: study.model.driver.curve_speed.reference_radius_m,
             radius_range_m: radius_range_m.into(),

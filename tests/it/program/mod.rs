@@ -17,6 +17,14 @@ pub(crate) fn ocmc(arguments: &[&str]) -> Command {
     command
 }
 
+/// What the command tells beside its answer, in a folder of its own, with this exit status.
+pub(crate) fn message(folder: &Path, arguments: &[&str], status: i32) -> String {
+    let output = ocmc(arguments).current_dir(folder).output().expect("the program starts");
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {message}");
+    message
+}
+
 /// Runs short cycles into a directory, and returns nothing but success.
 pub(crate) fn run_into(directory: &Path, arguments: &[&str]) {
     let out = directory.to_str().expect("UTF-8");

@@ -2,13 +2,13 @@
 //! spread, and what of the spread of trips is between trucks.
 
 use super::text::table_over;
+use crate::named_total::{named_totals, totals_text};
 use ocmc_fleet::components::Components;
 use ocmc_fleet::summary::Summary;
 use ocmc_fleet::truck_arrivals::TruckArrivals;
 use ocmc_fleet::truck_year::TruckSummary;
-use ocmc_io::fleet_total::{FleetTotal, fleet_totals};
 use ocmc_io::label::label;
-use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
+use ocmc_io::number_text::{count_of, grouped, short};
 use std::fmt::Write;
 
 /// Totals of the fleet; nothing where each trip has a truck of its own.
@@ -19,11 +19,7 @@ pub(super) fn fleet(summary: &Summary) -> String {
         "\n{}, {each} each: totals ± where another fleet of as many would lie\n",
         count_of(trucks.trucks, "truck")
     );
-    for FleetTotal { name, unit, factor, total } in fleet_totals(trucks) {
-        let half = total.prediction95.map(|[low, high]| rough(factor * (high - low) / 2.0));
-        let half = half.map_or_else(String::new, |half| format!(" ± {half}"));
-        let _ = writeln!(text, "  {name:<11} {}{half} {unit}", rounded(factor * total.total));
-    }
+    text += &totals_text(&named_totals(summary));
     if trucks.currency.is_some() {
         text += "The cost is that of the centres of the prices; `ocmc cost` has its items.\n";
     }

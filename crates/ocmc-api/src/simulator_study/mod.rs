@@ -175,6 +175,7 @@ pub fn simulator_study(
                 speed_term,
                 unknown: Unknowns::NONE,
                 intervals: false,
+                threads: threads.unwrap_or(0),
                 ..IdentifyOptions::default()
             };
             let events = slopes::of(&signals);

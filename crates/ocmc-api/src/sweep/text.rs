@@ -8,8 +8,12 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::io;
 
-/// Longest value that the table shows, in characters.
-const LONGEST_VALUE: usize = 24;
+/// Widest table, in characters, where a narrower one can be made.
+const WIDEST: usize = 80;
+
+/// Whether the head has numbers of keys instead of their names, and the longest value that is
+/// shown, in characters: the first with which the table is narrow enough, or the last.
+const LAYOUTS: [(bool, usize); 4] = [(false, 24), (true, 24), (true, 12), (true, 6)];
 
 /// Columns of the CSV behind those of the keys.
 const COLUMNS: &str = "study_hash,column,mean,mean_low,mean_high,difference,difference_low,\
@@ -37,24 +41,34 @@ fn short_name(key: &str, all: &[String]) -> String {
     ends.into_iter().find(is_its_own).unwrap_or_else(|| key.to_owned())
 }
 
+/// The name of a key by its place.
+fn number_name(place: usize) -> String {
+    format!("key {}", place + 1)
+}
+
 impl SweepAnswer {
     pub(super) fn lines(&self) -> String {
         let (plan, wall_s, driven) = self.driven;
+        let (label, factor) = label(&self.column);
+        let (is_numbered, table) = self.narrow_table(factor);
         let mut text = fact("study", &self.study);
-        text.push_str(&fact("keys", self.keys.join("\n           ")));
+        let name = |(k, key): (usize, &String)| {
+            if is_numbered { format!("{}: {key}", number_name(k)) } else { key.clone() }
+        };
+        let keys: Vec<String> = self.keys.iter().enumerate().map(name).collect();
+        text.push_str(&fact("keys", keys.join("\n           ")));
         text.push_str(&fact("seed", plan.seed));
         let (first, last) = (plan.first_cycle, plan.first_cycle + (plan.cycles - 1));
         let cycles = format!("{} at each point, ids {first} to {last}", grouped(plan.cycles));
         text.push_str(&fact("cycles", cycles));
         text.push_str(&took(wall_s, plan.threads, driven));
-        let (label, factor) = label(&self.column);
         if self.is_common {
             let note = format!("compared by {label}, the first that all points have");
             text.push_str(&fact("note", note));
         }
         let reference = if self.base.is_some() { "the study" } else { "the first point" };
         let _ = writeln!(text, "\n{label}, mean of the fleet, and how it differs from {reference}");
-        text.push_str(&self.table(factor));
+        text.push_str(&table);
         if self.rows().any(|point| point.mean.is_none()) {
             let _ = writeln!(text, "\nA mean is - where no completed cycle has {}.", self.column);
         }
@@ -65,7 +79,21 @@ impl SweepAnswer {
         self.base.iter().chain(&self.points)
     }
 
-    fn table(&self, factor: f64) -> String {
+    /// The table, and whether its head has numbers of keys.
+    fn narrow_table(&self, factor: f64) -> (bool, String) {
+        let of = |(numbered, longest)| (numbered, self.table(factor, numbered, longest));
+        let is_narrow = |text: &str| text.lines().all(|line| line.chars().count() <= WIDEST);
+        let mut found = of(LAYOUTS[0]);
+        for layout in &LAYOUTS[1..] {
+            if is_narrow(&found.1) {
+                break;
+            }
+            found = of(*layout);
+        }
+        found
+    }
+
+    fn table(&self, factor: f64, is_numbered: bool, longest: usize) -> String {
         let half = |ci95: [f64; 2]| factor * (ci95[1] - ci95[0]) / 2.0;
         let digits_of = |intervals: &dyn Fn(&SweptPoint) -> Option<[f64; 2]>| {
             let widths = self.rows().filter_map(intervals).map(half).filter(|width| *width > 0.0);
@@ -76,7 +104,7 @@ impl SweepAnswer {
         let cells = |point: &SweptPoint| -> Vec<String> {
             let value = |key: &String| {
                 let mut value = shown(&point.values[key]);
-                if let Some((end, _)) = value.char_indices().nth(LONGEST_VALUE) {
+                if let Some((end, _)) = value.char_indices().nth(longest) {
                     value.truncate(end);
                     value.push('…');
                 }
@@ -99,7 +127,10 @@ impl SweepAnswer {
         if let (Some(_), Some(first)) = (&self.base, rows.first_mut()) {
             "the study".clone_into(&mut first[0]);
         }
-        let names: Vec<String> = self.keys.iter().map(|key| short_name(key, &self.keys)).collect();
+        let name = |(k, key): (usize, &String)| {
+            if is_numbered { number_name(k) } else { short_name(key, &self.keys) }
+        };
+        let names: Vec<String> = self.keys.iter().enumerate().map(name).collect();
         let head: Vec<&str> = names.iter().map(String::as_str).chain(HEAD).collect();
         let wide = |column: usize| {
             let cells = rows.iter().map(|row| row[column].chars().count());

@@ -94,7 +94,7 @@ pub struct CalibrationOptions {
 impl Default for CalibrationOptions {
     fn default() -> Self {
         Self {
-            trips: Trips { seed: 1, drivers: 240, per_driver: 1 },
+            trips: Trips { seed: 1, drivers: 240, per_driver: 1, threads: 0 },
             detection: CurveOptions::default(),
             fit: CurveSpeedOptions::default(),
             least_residual_sd: 0.048,

@@ -20,6 +20,8 @@ pub struct Trips {
     pub drivers: u64,
     /// Trips of each of them, on different roads.
     pub per_driver: u64,
+    /// Threads; one for each CPU where it is 0.
+    pub threads: usize,
 }
 
 /// What `ocmc curves` would find in these trips; none of trips that cannot be used. Logs of curves
@@ -56,7 +58,7 @@ pub(super) fn watched_curves<B>(
         block.zip(drives).map(of_trip).collect::<Vec<_>>()
     };
     let plan = RunPlan::new(trips.seed, 0, count.div_ceil(WIDTH as u64), None, Some(1));
-    let tables = each(&RunPlan { threads: 0, ..plan }, &tables, |_| look())?;
+    let tables = each(&RunPlan { threads: trips.threads, ..plan }, &tables, |_| look())?;
     let mut all = CurveTable { left: Some(Vec::new()), ..CurveTable::default() };
     for table in tables.into_iter().flatten() {
         all.driver.extend(table.driver);

@@ -137,7 +137,7 @@ pub fn identify_event(
     stop: &AtomicBool,
 ) -> Result<EventFit, EventError> {
     let found = || identified(study, [driver, event], log, options, None, stop);
-    pool(0).install(found).map(|(fit, _)| fit)
+    pool(options.threads).install(found).map(|(fit, _)| fit)
 }
 
 /// Identifies an event, where `mass` is known of the truck before its log is read (kg, standard

@@ -52,7 +52,7 @@ pub fn identify_log(
 ) -> LogFit {
     let fit = |event: &NamedEvent, options: &IdentifyOptions, mass: Option<[f64; 2]>| {
         let names = [&event.driver[..], &event.event];
-        pool(0).install(|| identified(study, names, &event.log, options, mass, stop))
+        pool(options.threads).install(|| identified(study, names, &event.log, options, mass, stop))
     };
     let together = options.unknown.mass && events.len() > FEWEST;
     let first_options = IdentifyOptions { intervals: false, ..*options };

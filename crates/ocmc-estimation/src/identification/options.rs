@@ -100,6 +100,9 @@ pub struct IdentifyOptions {
     pub derivative: [f64; 2],
     /// Bounds of a switched driver's threshold, in m/s.
     pub threshold_mps: [f64; 2],
+    /// Threads; one for each CPU where it is 0. The answer does not depend on them.
+    #[serde(skip)]
+    pub threads: usize,
 }
 
 impl Default for IdentifyOptions {
@@ -116,6 +119,7 @@ impl Default for IdentifyOptions {
             integral: [1e-4, 0.2],
             derivative: [0.0, 2.0],
             threshold_mps: [0.0, 3.0],
+            threads: 0,
         }
     }
 }

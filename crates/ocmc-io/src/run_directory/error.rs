@@ -1,5 +1,6 @@
 //! What can go wrong with a run directory.
 
+use super::fleet::runs_in;
 use super::{CHECKSUMS, FORMAT_VERSION, MANIFEST, PROGRAM_VERSION};
 use crate::file_error::FileError;
 use crate::records::RecordsError;
@@ -8,6 +9,9 @@ use crate::study::StudyFileError;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+
+/// Most runs that are named of a folder that is none.
+const MOST_NAMED: usize = 4;
 
 /// What can go wrong with a run directory.
 #[derive(Debug, Error)]
@@ -122,7 +126,14 @@ impl RunDirectoryError {
                 "it is a file".to_owned()
             }
             io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => {
-                format!("it holds no {MANIFEST}")
+                let runs = runs_in(directory);
+                let named = runs.iter().take(MOST_NAMED).map(|run| format!("`{}`", run.display()));
+                let named = named.collect::<Vec<_>>().join(", ");
+                match runs.len().saturating_sub(MOST_NAMED) {
+                    _ if runs.is_empty() => format!("it holds no {MANIFEST}"),
+                    0 => format!("it holds no {MANIFEST}, but runs: {named}"),
+                    more => format!("it holds no {MANIFEST}, but runs: {named} and {more} more"),
+                }
             }
             _ => return FileError::read(&directory.join(MANIFEST))(source).into(),
         };

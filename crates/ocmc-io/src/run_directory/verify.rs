@@ -10,7 +10,8 @@ use std::path::Path;
 /// A run directory that was looked through.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verified {
-    /// How far its run has come; none where the manifest cannot be read.
+    /// How far its run has come; none where the manifest cannot be read, or where several runs have
+    /// come differently far.
     pub status: Option<RunStatus>,
     /// Its files, in the order of their names.
     pub files: Vec<CheckedFile>,

@@ -208,6 +208,11 @@ fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Bo
         let cause = Cause::UnknownKey(path_of(&steps));
         return Fault::new(cause).at(place).suggest(wrong, names);
     }
+    if steps.last() == Some(&Step::Key(wrong.to_owned())) && node.as_str() != Some(wrong) {
+        // serde's path ends at such a key, too
+        let place = node.key_place.as_ref().or(node.any_place());
+        return Fault::new(Cause::UnknownKey(path_of(&steps))).at(place).suggest(wrong, names);
+    }
     // a word within a law and its parts
     let below = first_below(node, &|_, node| node.as_str() == Some(wrong));
     steps.extend(below.into_iter().flatten());
