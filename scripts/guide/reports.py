@@ -66,6 +66,7 @@ def make(ocmc, folder, *, slow):
         yield kind, folder / kind / "report.html"
     (folder / "planner.toml").write_text(PLANNER, encoding="utf-8")
     run("--study", "planner.toml", "--out", "groups", "--quiet")
+    yield "groups", folder / "groups" / "report.html"
     for group in sorted(path for path in (folder / "groups").iterdir() if path.is_dir()):
         run("report", group)
         yield f"group-{group.name}", group / "report.html"

@@ -29,11 +29,15 @@ pub(crate) fn named_totals(summary: &Summary) -> Vec<NamedTotal> {
     summary.trucks.iter().flat_map(fleet_totals).map(of).collect()
 }
 
+/// A total with its unit, ± where that of another fleet of as many trucks would lie.
+pub(crate) fn amount(NamedTotal { unit, total, .. }: &NamedTotal) -> String {
+    let Total { total, prediction95 } = total;
+    let half = prediction95.map(|[low, high]| format!(" ± {}", rough((high - low) / 2.0)));
+    format!("{}{} {unit}", rounded(*total), half.unwrap_or_default())
+}
+
 /// Lines of totals, ± where another fleet of as many trucks would lie.
 pub(crate) fn totals_text(totals: &[NamedTotal]) -> String {
-    let line = |NamedTotal { name, unit, total: Total { total, prediction95 } }: &NamedTotal| {
-        let half = prediction95.map(|[low, high]| format!(" ± {}", rough((high - low) / 2.0)));
-        format!("  {name:<11} {}{} {unit}\n", rounded(*total), half.unwrap_or_default())
-    };
+    let line = |of: &NamedTotal| format!("  {:<11} {}\n", of.name, amount(of));
     totals.iter().map(line).collect()
 }

@@ -6,7 +6,7 @@ use crate::output::{self, warn};
 use crate::progress::{busy, watched};
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::FleetGroup;
-use ocmc_api::{Answer, CpuLevel, FLEET, MixedFleetRequest, RunFormat, stored_workbook};
+use ocmc_api::{CpuLevel, MixedFleetRequest, REPORT, RunFormat, stored_workbook};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -63,7 +63,6 @@ pub(crate) fn run_fleet(groups: &[FleetGroup], of: &FleetRun) -> Result<(), Fail
         }
         return Ok(());
     };
-    output::write(&path.join(FLEET), answer.to_indented_json())?;
     for group in groups.iter().filter(|_| format == Some(RunFormat::Workbook)) {
         let directory = &path.join(&group.name);
         busy(quiet, "writing the workbook", || stored_workbook(directory, None))?;
@@ -71,8 +70,8 @@ pub(crate) fn run_fleet(groups: &[FleetGroup], of: &FleetRun) -> Result<(), Fail
     if !quiet && !json {
         let shown = path.display();
         output::note(&format!(
-            "Written: `{shown}`, a folder of each group's run, and `{FLEET}`. `ocmc report {}` \
-             makes a page of each group.",
+            "Written: `{shown}`, a folder of each group's run, and `{REPORT}`, which any browser \
+             opens. `ocmc report {}` makes a page of each group.",
             shell_word(path)
         ));
     }

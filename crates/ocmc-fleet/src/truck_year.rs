@@ -27,10 +27,9 @@ use super::statistic::{Statistic, by_name};
 use ocmc_core::energy::carrier::{CARRIERS, Carrier};
 use ocmc_core::random::nesting::DAYS_OF_YEAR;
 use ocmc_core::record::{Outcome, Record};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
+use schemars::JsonSchema;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Totals of the trips of one truck in a month or a year, of what they drove where a battery cut
@@ -360,6 +359,7 @@ pub struct TruckSummary {
     pub truck_years: Vec<Statistic>,
     /// Totals of the fleet's year.
     #[serde(rename = "fleet_year")]
+    #[schemars(with = "BTreeMap<String, Option<Total>>")]
     pub totals: Totals,
     /// Currency of the cost; none of a study without prices.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -451,17 +451,6 @@ impl Total {
         }
         let of_truck = of_trucks.total / totals.len() as f64;
         of_trucks.of_shared(error_of_total(&trips, of_truck, clusters))
-    }
-}
-
-/// As it is serialised.
-impl JsonSchema for Totals {
-    fn schema_name() -> Cow<'static, str> {
-        "Totals".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        generator.subschema_for::<BTreeMap<String, Option<Total>>>()
     }
 }
 

@@ -20,7 +20,8 @@ use std::path::PathBuf;
 /// seed : int
 ///     Master seed.
 /// out : str or os.PathLike, optional
-///     Directory in which each group has its run, a folder of its name.
+///     Directory in which each group has its run, a folder of its name, beside ``fleet.json`` and
+///     ``report.html`` of them all.
 /// format : {"parquet", "csv"}, optional
 ///     Format of the records in `out`; Parquet by default.
 /// threads : int, optional

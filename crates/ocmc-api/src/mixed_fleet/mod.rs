@@ -8,6 +8,8 @@
 //! ± √Σ h_g², h_g that of a group. Where trucks share drivers or days these are drawn alike in all
 //! groups: ± Σ h_g then, which is at least as wide.
 
+mod page;
+
 use crate::answer::Answer;
 use crate::error::Error;
 use crate::named_total::{NamedTotal, named_totals, totals_text};
@@ -45,7 +47,8 @@ pub struct MixedFleetRequest<'a> {
     pub threads: Option<usize>,
     /// Instructions to use.
     pub level: CpuLevel,
-    /// Directory in which each group has its run, and the format of their records.
+    /// Directory in which each group has its run, and the whole its answer and page; and the format of
+    /// the records.
     pub out: Option<(PathBuf, RecordFormat)>,
     /// Whether runs of groups that are there are finished.
     pub resume: bool,
@@ -150,7 +153,7 @@ pub fn mixed_fleet(
     }
     let shared = request.groups.iter().any(|group| dependence(group, request.seed).is_shared());
     let study = request.groups.first().map(|group| group.study.origin.to_string());
-    Ok(MixedFleetAnswer {
+    let answer = MixedFleetAnswer {
         study: study.unwrap_or_default(),
         seed: request.seed,
         trucks: request.groups.iter().map(|group| group.trucks).sum(),
@@ -159,7 +162,11 @@ pub fn mixed_fleet(
         replaceable,
         wall_s: clock.elapsed().as_secs_f64(),
         threads: plans.first().map_or(1, |plan| plan.threads),
-    })
+    };
+    if let Some((directory, _)) = &request.out {
+        answer.save(directory)?;
+    }
+    Ok(answer)
 }
 
 fn trips(group: &FleetGroup) -> u64 {
@@ -296,14 +303,22 @@ impl Answer for MixedFleetAnswer {
             let _ = writeln!(text, "\n{group}: {}, {each} each", count_of(*trucks, "truck"));
             text += &totals_text(totals);
         }
-        text + &self.consumptions() + &self.arrivals()
+        let consumptions = table(&[20, 14, 18, 9, 9, 9], &CONSUMPTIONS, self.consumptions());
+        let _ = write!(text, "\n{consumptions}{}", self.doubts());
+        let arrivals = self.arrivals();
+        if !arrivals.is_empty() {
+            text.push_str(
+                "\nHow many can be electric: trucks of which all trips, or 95 %, arrive\n",
+            );
+            text += &table(&[20, 20, 9, 13, 13], &ARRIVALS, arrivals);
+        }
+        text
     }
 }
 
 impl MixedFleetAnswer {
-    /// The consumption of each group.
-    fn consumptions(&self) -> String {
-        let head = ["of trips", "", "mean ± 95 %", "P5", "P50", "P95"];
+    /// The consumption of each group: its name, the unit, mean, P5, P50 and P95.
+    fn consumptions(&self) -> Vec<[String; 6]> {
         let of = |GroupAnswer { group, run, .. }: &GroupAnswer| {
             let own = run.summary.summary.consumption()?;
             let (name, factor) = label(own.column);
@@ -314,17 +329,21 @@ impl MixedFleetAnswer {
                 |k: usize| own.quantiles[k].value.map_or("-".to_owned(), |q| short(factor * q));
             Some([group.clone(), name.to_owned(), mean, at(0), at(2), at(4)])
         };
-        let rows = self.groups.iter().filter_map(of);
+        self.groups.iter().filter_map(of).collect()
+    }
+
+    /// What judged numbers add to the doubt of each group, a line each.
+    fn doubts(&self) -> String {
         let doubts = self.groups.iter().map(|GroupAnswer { group, run, .. }| {
             let judged = judged(&run.summary, WIDTH - group.chars().count() - 2);
             if judged.is_empty() { judged } else { format!("{group}: {judged}") }
         });
-        let doubts: String = doubts.collect();
-        format!("\n{}{doubts}", table(&[20, 14, 18, 9, 9, 9], &head, rows))
+        doubts.collect()
     }
 
-    /// How many trucks could have a battery.
-    fn arrivals(&self) -> String {
+    /// How many trucks could have a battery: of which group, driven by the truck of which group, of
+    /// how many trucks, and of how many all trips, or 95 % of them, arrive.
+    fn arrivals(&self) -> Vec<[String; 5]> {
         let own = self.groups.iter().filter_map(|group| {
             let arrivals = &group.run.summary.summary.truck_arrivals;
             (!arrivals.is_empty()).then_some((group.group.as_str(), "itself", arrivals))
@@ -332,21 +351,17 @@ impl MixedFleetAnswer {
         let others = self.replaceable.iter();
         let others =
             others.map(|found| (found.group.as_str(), found.vehicle_of.as_str(), &found.arrivals));
-        let rows: Vec<[String; 5]> = own
-            .chain(others)
+        own.chain(others)
             .map(|(group, by, arrivals)| {
                 let at = |k: usize| arrivals.get(k).map_or("-".to_owned(), |a| grouped(a.trucks));
                 let of = arrivals.first().map_or("-".to_owned(), |a| grouped(a.of));
                 [group.to_owned(), by.to_owned(), of, at(0), at(1)]
             })
-            .collect();
-        if rows.is_empty() {
-            return String::new();
-        }
-        let head = ["trips of", "driven by", "trucks", "all arrive", "95 % arrive"];
-        format!(
-            "\nHow many can be electric: trucks of which all trips, or 95 %, arrive\n{}",
-            table(&[20, 20, 9, 13, 13], &head, rows)
-        )
+            .collect()
     }
 }
+
+/// Names of the columns of [`MixedFleetAnswer::consumptions`].
+const CONSUMPTIONS: [&str; 6] = ["of trips", "", "mean ± 95 %", "P5", "P50", "P95"];
+/// Names of the columns of [`MixedFleetAnswer::arrivals`].
+const ARRIVALS: [&str; 5] = ["trips of", "driven by", "trucks", "all arrive", "95 % arrive"];
