@@ -115,7 +115,7 @@ fn a_group_has_the_bytes_of_its_study_alone() {
         serde_json::from_slice(&fs::read(whole.join("fleet.json")).expect("written"))
             .expect("JSON");
     let page = fs::read_to_string(whole.join("report.html")).expect("written");
-    assert!(page.contains("in 3 groups: ") && page.contains("How many can be electric"), "{page}");
+    assert!(page.contains("in 3 groups, ") && page.contains("How many can be electric"), "{page}");
     // trucks are numbered through, and so are trips: 42 of the first group, so the second, with 4
     // a truck, begins with its truck 11
     let firsts: Vec<u64> = answer["groups"]

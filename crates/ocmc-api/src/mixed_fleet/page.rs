@@ -61,11 +61,8 @@ impl MixedFleetAnswer {
             &CONSUMPTIONS,
             self.consumptions().into_iter().map(Vec::from).collect(),
         );
-        let said = self
-            .totals
-            .iter()
-            .filter(is_answer)
-            .map(|total| format!("{} of {}", amount(total), total.name));
+        let groups = self.groups.iter().map(|of| format!("{} {}", grouped(of.trucks), of.group));
+        let groups = groups.collect::<Vec<_>>().join(", ");
         let trips: u64 = self.groups.iter().map(|group| group.run.summary.summary.cycles).sum();
         let facts = [
             ("program", format!("ocmc {}", env!("CARGO_PKG_VERSION"))),
@@ -78,10 +75,10 @@ impl MixedFleetAnswer {
         mixed_fleet_html(&MixedFleetPage {
             study: &self.study,
             said: &format!(
-                "{} in {}: {}.",
+                "{} in {}, {groups}: what they use, emit and cost in {}.",
                 count_of(self.trucks, "truck"),
                 count_of(self.groups.len() as u64, "group"),
-                said.collect::<Vec<_>>().join(", ")
+                count_of(trips, "trip")
             ),
             keys: &keys.collect::<Vec<_>>(),
             shares,
@@ -91,32 +88,28 @@ impl MixedFleetAnswer {
         })
     }
 
-    /// Totals of the fleet and of its groups.
+    /// Totals of the fleet and of its groups, side by side.
     fn by_group(&self) -> PageTable {
-        let names = self.totals.iter().map(|total| format!("{}, {}", total.name, total.unit));
-        let head = ["group", "trucks", "trips each"].map(str::to_owned).into_iter().chain(names);
-        let row = |name: &str, trucks: u64, trips: String, totals: &[NamedTotal]| {
-            let of = |wanted: &NamedTotal| {
-                let own = totals
-                    .iter()
-                    .find(|total| (&total.name, &total.unit) == (&wanted.name, &wanted.unit));
-                let number = own.map(amount);
-                // the unit stands in the head
-                let unit = format!(" {}", wanted.unit);
-                number.map_or("–".to_owned(), |words| words.trim_end_matches(&unit).to_owned())
-            };
-            let first = [name.to_owned(), grouped(trucks), trips];
-            first.into_iter().chain(self.totals.iter().map(of)).collect()
+        let names = self.groups.iter().map(|of| of.group.clone());
+        let head = ["", "all"].map(str::to_owned).into_iter().chain(names).collect();
+        let row = |name: &str, all: String, of: &dyn Fn(&GroupAnswer) -> String| {
+            [name.to_owned(), all].into_iter().chain(self.groups.iter().map(of)).collect()
         };
-        let groups = self.groups.iter().map(|of: &GroupAnswer| {
-            row(&of.group, of.trucks, grouped(of.trips_per_truck), &of.totals)
-        });
-        let all = row("all", self.trucks, String::new(), &self.totals);
+        let mut rows: Vec<Vec<String>> = vec![
+            row("trucks", grouped(self.trucks), &|of| grouped(of.trucks)),
+            row("trips of each", String::new(), &|of| grouped(of.trips_per_truck)),
+        ];
+        for total in &self.totals {
+            let same = |own: &&NamedTotal| (&own.name, &own.unit) == (&total.name, &total.unit);
+            rows.push(row(&total.name, amount(total), &|of| {
+                of.totals.iter().find(same).map_or("–".to_owned(), amount)
+            }));
+        }
         PageTable {
             heading: "By group",
             note: "Totals of the fleet, and of each group.",
-            head: head.collect(),
-            rows: std::iter::once(all).chain(groups).collect(),
+            head,
+            rows,
         }
     }
 }
