@@ -1,6 +1,8 @@
 """What a release is made with: links that work on a package index, one version, pinned actions."""
 
 import re
+import shutil
+import struct
 import subprocess
 import sys
 import tomllib
@@ -84,6 +86,40 @@ def test_notes_of_a_release_are_its_section_of_the_changelog(tmp_path):
 def test_the_program_and_its_citation_have_one_version():
     version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+
+
+@pytest.mark.skipif(not shutil.which("cargo"), reason="cargo says what is used")
+def test_the_bill_of_materials_has_what_is_shipped_and_nothing_of_the_tests():
+    version = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+    bill = script("release-files").bill_of_materials(version)
+    scopes = {component["name"]: component["scope"] for component in bill["components"]}
+    for scope, some in {
+        "required": ["ocmc-core", "parquet", "pyo3", "zstd-sys", "numpy"],
+        "excluded": ["cc", "serde_derive"],
+        "optional": ["matplotlib"],
+    }.items():
+        assert {scopes[name] for name in some} == {scope}
+    assert not scopes.keys() & {"assert_cmd", "criterion", "proptest", "pytest", "windows-sys"}
+    library = next(c for c in bill["components"] if c["name"] == "zstd-sys")
+    assert library["hashes"]
+    assert library["licenses"]
+    assert "+" not in library["purl"]
+
+
+def test_a_program_that_asks_for_a_library_is_not_static():
+    module = script("release-files")
+    segment = struct.pack("<IIQQQQQQ", module.DYNAMIC, 0, 120, 0, 0, 32, 32, 8)  # the one there is
+    fields = struct.pack("<HHIQQQIHHHHHH", 3, 62, 1, 0, 64, 0, 0, 64, 56, 1, 0, 0, 0)
+    header = b"\x7fELF\x02\x01".ljust(16, b"\0") + fields + segment
+    static, dynamic = (header + struct.pack("<QQQQ", tag, 0, 0, 0) for tag in [0, module.NEEDED])
+    module.check_machine_code(static, "x86_64", static=True)
+    module.check_machine_code(dynamic, "x86_64")
+    with pytest.raises(module.FailedError, match="is not static"):
+        module.check_machine_code(dynamic, "x86_64", static=True)
+    with pytest.raises(module.FailedError, match="no program for aarch64"):
+        module.check_machine_code(static, "aarch64")
+    with pytest.raises(module.FailedError, match="has the path"):
+        module.check_machine_code(static + f"{ROOT}/a.rs".encode(), "x86_64")
 
 
 def test_actions_of_others_are_pinned_to_a_commit():
