@@ -1,8 +1,8 @@
 //! Why a question has no answer.
 
 use crate::progress::Progress;
-use crate::run::{LAST_CYCLE_ID, MOST_THREADS, RunPlan};
 use ocmc_core::operating_cycle::given::GivenCycleError;
+use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_estimation::calibration::curve_speed::CalibrationError;
 use ocmc_estimation::fit::curve_speed::CurveSpeedFitError;
 use ocmc_estimation::fit::fleet::FleetFitError;
@@ -13,6 +13,7 @@ use ocmc_estimation::fit::weather::WeatherFitError;
 use ocmc_estimation::identification::options::BoundsError;
 use ocmc_fleet::bound::BoundError;
 use ocmc_fleet::quantity::{QUANTITIES, numeric_columns};
+use ocmc_fleet::run::{MOST_THREADS, RunPlan};
 use ocmc_fleet::sensitivity::{SensitivityError, factor_groups};
 use ocmc_io::file_error::FileError;
 use ocmc_io::given_drive::GivenDriveError;

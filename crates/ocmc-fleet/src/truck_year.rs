@@ -23,7 +23,7 @@ use super::dependence::Dependence;
 use super::parts::add_known;
 use super::quantity::{CONSUMPTIONS, QUANTITIES, quantity};
 use super::ratio::{Ratio, student_975};
-use super::statistic::{Statistic, by_name};
+use super::statistic::{Statistic, by_name, standard_deviation};
 use ocmc_core::energy::carrier::{CARRIERS, Carrier};
 use ocmc_core::random::nesting::DAYS_OF_YEAR;
 use ocmc_core::record::{Outcome, Record};
@@ -417,13 +417,8 @@ impl Total {
     fn of_trucks(totals: &[f64]) -> Self {
         let n = totals.len() as f64;
         let total: f64 = totals.iter().sum();
-        let mean = total / n;
-        let squares: f64 = totals.iter().map(|x| (x - mean) * (x - mean)).sum();
-        let by_trucks = || {
-            let sd = libm::sqrt(squares / (n - 1.0));
-            student_975(n - 1.0) * sd * libm::sqrt(2.0 * n)
-        };
-        let far = (totals.len() > 1).then(by_trucks);
+        let sd = standard_deviation(totals);
+        let far = sd.map(|sd| student_975(n - 1.0) * sd * libm::sqrt(2.0 * n));
         Self { total, prediction95: far.map(|far| [total - far, total + far]) }
     }
 

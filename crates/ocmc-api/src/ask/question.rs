@@ -77,8 +77,9 @@ impl AskedStudy {
     /// What the answer calls it.
     pub(super) fn name(&self) -> String {
         let (source, set) = match self {
-            Self::Named(name) => return name.clone(),
-            Self::Given(GivenStudy { name: Some(name), .. }) => return name.clone(),
+            Self::Named(name) | Self::Given(GivenStudy { name: Some(name), .. }) => {
+                return name.clone();
+            }
             Self::Given(given) => (&given.study, &given.set),
         };
         let named = match source {

@@ -39,7 +39,7 @@ impl MixedFleetAnswer {
                 Some((group.group.clone(), total.total.total, amount(total)))
             })
             .collect();
-        let shares = (shares.len() == self.groups.len()).then_some((SHARED, &shares[..]));
+        let shares = if shares.len() == self.groups.len() { &shares[..] } else { &[] };
         let mut tables = vec![self.by_group()];
         let mut add = |heading, note, head: &[&str], rows: Vec<Vec<String>>| {
             if !rows.is_empty() {
@@ -81,6 +81,7 @@ impl MixedFleetAnswer {
                 count_of(trips, "trip")
             ),
             keys: &keys.collect::<Vec<_>>(),
+            shared: SHARED,
             shares,
             tables: &tables,
             command: &format!("ocmc --study {study} --seed {}", self.seed),

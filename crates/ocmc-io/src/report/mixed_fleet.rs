@@ -15,8 +15,10 @@ pub struct MixedFleetPage<'a> {
     pub said: &'a str,
     /// What stands in large print: numbers with their units, and what they are.
     pub keys: &'a [[String; 2]],
-    /// What the groups share: its name, and of each group its name, its amount, and that in words.
-    pub shares: Option<(&'a str, &'a [(String, f64, String)])>,
+    /// Name of the total whose shares are drawn.
+    pub shared: &'a str,
+    /// Of each group its name, its share of that total, and this in words; none where not all have it.
+    pub shares: &'a [(String, f64, String)],
     /// Tables below.
     pub tables: &'a [PageTable],
     /// The command that repeats it, in the directory of the study.
@@ -45,7 +47,8 @@ pub fn mixed_fleet_html(page: &MixedFleetPage) -> String {
         let _ = writeln!(text, "<div><b>{}</b>{}</div>", escaped(number), escaped(words));
     }
     text.push_str("</div>\n");
-    if let Some((name, shares)) = page.shares {
+    let (name, shares) = (page.shared, page.shares);
+    if !shares.is_empty() {
         let _ = writeln!(
             text,
             "<h2>{0} by group</h2>\n<figure>{1}<figcaption>What each group adds to the {0} of the \
@@ -101,7 +104,8 @@ mod tests {
             study: "a & b",
             said: "40 trucks use 3 L.",
             keys: &[["3 ± 1 L".to_owned(), "fuel".to_owned()]],
-            shares: Some(("WTW CO2e", &shares)),
+            shared: "WTW CO2e",
+            shares: &shares,
             tables: &[table],
             command: "ocmc --study mixed.toml",
             facts: &[("seed", "1".to_owned())],
