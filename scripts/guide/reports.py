@@ -99,8 +99,8 @@ def main():
     parser = argparse.ArgumentParser(
         prog="scripts/check-reports",
         description="Makes a report of every kind and looks at it in Chromium, at "
-        f"{' and '.join(map(str, WIDTHS))} px, light, dark and on paper: no text over another, nothing cut, bars as "
-        "long as their numbers.",
+        f"{' and '.join(map(str, WIDTHS))} px, light, dark and on paper: no text over "
+        "another, nothing cut, bars as long as their numbers.",
     )
     parser.add_argument("ocmc", help="the program")
     parser.add_argument("--axe", type=Path, help="axe.min.js of axe-core: its serious rules, too")

@@ -150,9 +150,10 @@ fn each_command_is_in_one_group_of_the_help() {
 }
 
 /// Commands that do not take one of the options that all take, and why.
-const WITHOUT: [(&str, &str, &[&str]); 7] = [
+const WITHOUT: [(&str, &str, &[&str]); 8] = [
     ("json", "print what is written, as it is", &["study show", "completions"]),
-    ("json", "is JSON", &["study schema"]),
+    ("json", "is JSON", &["study schema", "ask"]),
+    ("threads", "has them in the question", &["ask"]),
     ("json", "write files, and have no answer", &["study init", "report", "man"]),
     (
         "threads",
