@@ -23,33 +23,33 @@ OF_THE_MOMENT = {"wall_s", "ended_at", "threads", "study", "study_a", "study_b"}
 
 QUESTIONS = [
     (
-        {"ask": "run", "study": STUDY, "cycles": 40, "seed": 3},
+        {"ask": "run", "study": STUDY, "plan": FEW},
         ["--study", "field-truck", *OPTIONS],
     ),
     (
-        {"ask": "compare", "studies": ["field-truck", "long-haul"], "cycles": FEW},
+        {"ask": "compare", "studies": ["field-truck", "long-haul"], "plan": FEW},
         ["compare", "field-truck", "long-haul", *OPTIONS[:4]],
     ),
     (
-        {"ask": "sweep", "study": STUDY, "points": ["vehicle.drag_area_m2=5,4"], "cycles": FEW},
+        {"ask": "sweep", "study": STUDY, "points": ["vehicle.drag_area_m2=5,4"], "plan": FEW},
         ["sweep", *OPTIONS, "--set", "vehicle.drag_area_m2=5,4"],
     ),
     (
-        {"ask": "sensitivity", "study": STUDY, "cycles": FEW, "shapley": True, "factors": ["driver"]},
+        {"ask": "sensitivity", "study": STUDY, "plan": FEW, "shapley": True, "factors": ["driver"]},
         ["sensitivity", *OPTIONS, "--shapley", "--factor", "driver"],
     ),
-    ({"ask": "doubt", "study": STUDY, "cycles": FEW}, ["doubt", *OPTIONS]),
-    ({"ask": "range", "study": "battery-truck", "cycles": FEW}, ["range", *OPTIONS[:4]]),
+    ({"ask": "doubt", "study": STUDY, "plan": FEW}, ["doubt", *OPTIONS]),
+    ({"ask": "range", "study": "battery-truck", "plan": FEW}, ["range", *OPTIONS[:4]]),
     (
-        {"ask": "size", "study": "battery-truck", "arrive": [0.9], "cycles": FEW},
+        {"ask": "size", "study": "battery-truck", "arrive": [0.9], "plan": FEW},
         ["size", "--study", "battery-truck", *OPTIONS[:4], "--arrive", "90%"],
     ),
-    ({"ask": "bound", "study": STUDY, "cycles": {"cycles": 4}}, ["bound", "--cycles", "4", "--set", SHORT]),
+    ({"ask": "bound", "study": STUDY, "plan": {"cycles": 4}}, ["bound", "--cycles", "4", "--set", SHORT]),
     (
         {
             "ask": "cost",
             "study": {**STUDY, "set": [SHORT, "cost.currency=EUR", "cost.fuel_per_l=1.5"]},
-            "cycles": FEW,
+            "plan": FEW,
         },
         ["cost", *OPTIONS, *(word for price in PRICED[1:] for word in ("--set", price))],
     ),
@@ -112,7 +112,7 @@ def test_a_fleet_of_groups_is_a_run(schema):
     assert done.returncode == 0, done.stderr
     of_schema(schema, "Message").validate(messages[-1])
     assert messages[-1]["of"] == "fleet"
-    done, messages = asked({"ask": "run", "study": {"study": keys}, "cycles": 5})
+    done, messages = asked({"ask": "run", "study": {"study": keys}, "plan": {"cycles": 5}})
     assert done.returncode == 1
     assert "fleet.group" in messages[-1]["reason"]
 
@@ -127,7 +127,7 @@ def test_a_fleet_of_groups_is_a_run(schema):
         ({"ask": "run", "study": "field-truk"}, "field-truck"),
         ({"ask": "run", "study": {"study": "field-truck", "set": ["vehicle.mass=1"]}}, "vehicle.mass"),
         ({"ask": "range", "study": "field-truck"}, "no battery"),
-        ({"ask": "range", "study": "battery-truck", "cycles": {"cycles": 0}}, "one cycle at least"),
+        ({"ask": "range", "study": "battery-truck", "plan": {"cycles": 0}}, "one cycle at least"),
         ({"ask": "compare", "studies": ["field-truck"]}, "two at least"),
         ({"ask": "run", "study": "field-truck", "precision": "much"}, "precision"),
     ],
@@ -145,14 +145,14 @@ def test_what_cannot_be_answered_is_refused_in_words(schema, question, words):
 def test_no_files_are_read_for_strangers(tmp_path):
     file = tmp_path / "own.toml"
     file.write_text('[study]\nname = "own"\nbase = "field-truck"\n')
-    question = {"ask": "run", "study": str(file), "cycles": 3}
+    question = {"ask": "run", "study": str(file), "plan": {"cycles": 3}}
     assert asked(question)[0].returncode == 0
     assert asked(question, "--no-files")[0].returncode == 1
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
 def test_progress_is_told_and_a_signal_ends_the_work(schema):
-    question = json.dumps({"ask": "run", "study": "field-truck", "cycles": 1_000_000})
+    question = json.dumps({"ask": "run", "study": "field-truck", "plan": {"cycles": 1_000_000}})
     work = subprocess.Popen([*COMMAND, "ask"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     with work:
         work.stdin.write(question)

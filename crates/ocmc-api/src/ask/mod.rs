@@ -22,11 +22,14 @@ use crate::study::{Files, Given, LoadedStudy, Opened, open, open_all};
 use crate::sweep::{SweepPoints, SweepRequest, sweep};
 pub use message::{AskAnswer, Message, Reply, VERSION};
 pub use question::{
-    Ask, AskCompare, AskCycles, AskPair, AskRun, AskSensitivity, AskSize, AskStudy, AskSweep,
+    Ask, AskCompare, AskPair, AskPlan, AskRun, AskSensitivity, AskSize, AskStudy, AskSweep,
     AskedStudy, GivenStudy, StudySource,
 };
 pub use schema::ask_schema;
 use std::path::Path;
+
+/// Cycles where their number is not said.
+const CYCLES: u64 = 1000;
 
 /// Answers a question, of studies that may name these files.
 ///
@@ -34,7 +37,7 @@ use std::path::Path;
 /// use ocmc_api::ask::{Ask, ask};
 /// use ocmc_api::{go_on, study::Files};
 /// let question = r#"{"ask": "run", "study": {"study": "field-truck",
-///     "set": ["mission.length_m=5000"]}, "cycles": {"cycles": 10}}"#;
+///     "set": ["mission.length_m=5000"]}, "plan": {"cycles": 10}}"#;
 /// let question: Ask = serde_json::from_str(question).expect("a question");
 /// let reply = ask(&question, &Files::here(), &mut go_on)?;
 /// let text = serde_json::to_string(&reply).expect("numbers and words");
@@ -54,15 +57,15 @@ pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Er
     let mut named = |study: &AskedStudy| Ok::<_, Error>((study.name(), of(study)?));
     let answer = match question {
         Ask::Run(asked) => return run_of(asked, files, watch),
-        Ask::Compare(AskCompare { studies, cycles, column }) => {
+        Ask::Compare(AskCompare { studies, plan, column }) => {
             let studies = studies.iter().map(&mut named).collect::<Result<Vec<_>, _>>()?;
             let lent = studies.iter().map(|(name, study)| (name.clone(), study)).collect();
-            let plan = plan(cycles)?;
+            let plan = planned(plan)?;
             let request =
                 CompareRequest { studies: lent, plan, column: column.clone(), keep: false };
             AskAnswer::Compare(compare(&request, watch)?)
         }
-        Ask::Sweep(AskSweep { study, points, against, cycles, column }) => {
+        Ask::Sweep(AskSweep { study, points, against, plan, column }) => {
             let (fixed, points) = SweepPoints::of_settings(points)?;
             let (name, loaded) = named(study)?;
             let loaded = loaded.set(&fixed)?;
@@ -70,16 +73,16 @@ pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Er
                 study: (name, &loaded),
                 points,
                 against: *against,
-                plan: plan(cycles)?,
+                plan: planned(plan)?,
                 column: column.clone(),
             };
             AskAnswer::Sweep(sweep(&request, watch)?)
         }
         Ask::Sensitivity(asked) => {
-            let AskSensitivity { study, cycles, column, factors, over, shapley } = asked;
+            let AskSensitivity { study, plan, column, factors, over, shapley } = asked;
             let request = SensitivityRequest {
                 study: &named(study)?.1,
-                plan: plan(cycles)?,
+                plan: planned(plan)?,
                 column: column.clone(),
                 factors: factors.clone(),
                 over: *over,
@@ -88,45 +91,45 @@ pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Er
             };
             AskAnswer::Sensitivity(sensitivity(&request, watch)?)
         }
-        Ask::Doubt(AskPair { study, against, cycles, column }) => {
+        Ask::Doubt(AskPair { study, against, plan, column }) => {
             let (name, loaded) = named(study)?;
             let against = against.as_ref().map(&mut named).transpose()?;
             let request = DoubtRequest {
                 study: (name, &loaded),
                 against: against.as_ref().map(|(name, study)| (name.clone(), study)),
-                plan: plan(cycles)?,
+                plan: planned(plan)?,
                 column: column.clone(),
             };
             AskAnswer::Doubt(doubt(&request, watch)?)
         }
-        Ask::Cost(AskPair { study, against, cycles, .. }) => {
+        Ask::Cost(AskPair { study, against, plan, .. }) => {
             let (name, loaded) = named(study)?;
             let against = against.as_ref().map(&mut named).transpose()?;
             let request = CostRequest {
                 study: (name, &loaded),
                 against: against.as_ref().map(|(name, study)| (name.clone(), study)),
-                plan: plan(cycles)?,
+                plan: planned(plan)?,
             };
             AskAnswer::Cost(cost(&request, watch)?)
         }
-        Ask::Range(AskStudy { study, cycles }) => {
+        Ask::Range(AskStudy { study, plan }) => {
             let (name, loaded) = named(study)?;
-            let request = RangeRequest { study: (name, &loaded), plan: plan(cycles)? };
+            let request = RangeRequest { study: (name, &loaded), plan: planned(plan)? };
             AskAnswer::Range(range(&request, watch)?)
         }
-        Ask::Size(AskSize { study, arrive, kg_per_kwh, season, cycles }) => {
+        Ask::Size(AskSize { study, arrive, kg_per_kwh, season, plan }) => {
             let (name, loaded) = named(study)?;
             let request = SizeRequest {
                 study: (name, &loaded),
                 arrive: arrive.clone(),
                 kg_per_kwh: *kg_per_kwh,
                 season: *season,
-                plan: plan(cycles)?,
+                plan: planned(plan)?,
             };
             AskAnswer::Size(size(&request, watch)?)
         }
-        Ask::Bound(AskStudy { study, cycles }) => {
-            let request = BoundRequest { study: &named(study)?.1, plan: plan(cycles)? };
+        Ask::Bound(AskStudy { study, plan }) => {
+            let request = BoundRequest { study: &named(study)?.1, plan: planned(plan)? };
             AskAnswer::Bound(bound(&request, watch)?)
         }
     };
@@ -135,7 +138,8 @@ pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Er
 
 /// A run of a study, or of the groups of one.
 fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Error> {
-    let AskRun { study, cycles, trucks, precision: end, seed, first_cycle, threads } = asked;
+    let AskRun { study, trucks, precision: end, plan } = asked;
+    let AskPlan { cycles, seed, first_cycle, threads } = *plan;
     let sets = study.set();
     let loaded = match given(study, |given| Ok(open_all(given, files, sets)?))? {
         Opened::Study(loaded) => loaded,
@@ -143,7 +147,7 @@ fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Err
             for (key, is_there) in [
                 ("cycles", cycles.is_some()),
                 ("trucks", trucks.is_some()),
-                ("first_cycle", first_cycle.is_some()),
+                ("first_cycle", first_cycle != 0),
                 ("precision", end.is_some()),
             ] {
                 if is_there {
@@ -153,8 +157,8 @@ fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Err
             let warnings = groups.iter().flat_map(|group| group.study.warnings()).collect();
             let request = MixedFleetRequest {
                 groups: &groups,
-                seed: seed.unwrap_or(1),
-                threads: *threads,
+                seed,
+                threads,
                 level: CpuLevel::best(),
                 out: None,
                 resume: false,
@@ -167,14 +171,14 @@ fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Err
     let end = end.as_deref().map(|text| precision(text).map_err(wrong)).transpose()?;
     let asked = Asked {
         loaded: Some(&loaded),
-        seed: *seed,
-        first_cycle: *first_cycle,
-        cycles: *cycles,
+        seed: Some(seed),
+        first_cycle: Some(first_cycle),
+        cycles,
         trucks: *trucks,
         precision: end,
         ..Asked::default()
     };
-    let plan = within(asked.plan(&loaded, *threads, None, CpuLevel::best()))?;
+    let plan = within(asked.plan(&loaded, threads, None, CpuLevel::best()))?;
     let given = &GivenDrive::nothing();
     let request = RunRequest { study: &loaded, given, plan, precision: asked.precision, out: None };
     let answer = run(&request, &mut |_| (), watch)?;
@@ -204,9 +208,9 @@ fn given<T>(study: &AskedStudy, made: impl FnOnce(&Given) -> Result<T, Error>) -
 }
 
 /// The cycles, and on what they are driven.
-fn plan(asked: &AskCycles) -> Result<RunPlan, Error> {
-    let AskCycles { cycles, seed, first_cycle, threads } = *asked;
-    within(RunPlan::new(seed, first_cycle, cycles, threads, None))
+fn planned(asked: &AskPlan) -> Result<RunPlan, Error> {
+    let AskPlan { cycles, seed, first_cycle, threads } = *asked;
+    within(RunPlan::new(seed, first_cycle, cycles.unwrap_or(CYCLES), threads, None))
 }
 
 /// The plan, where there are such cycles.

@@ -96,10 +96,11 @@ impl AskedStudy {
 /// Which cycles are driven, and on how many threads.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct AskCycles {
-    /// Number of cycles, at least 1; for `sensitivity` of rows of the design.
+pub struct AskPlan {
+    /// Number of cycles, of `sensitivity` of rows of the design; 1000 by default, or as many as `ocmc`
+    /// takes of a study whose trucks make several trips.
     #[schemars(range(min = 1))]
-    pub cycles: u64,
+    pub cycles: Option<u64>,
     /// Master seed.
     pub seed: u64,
     /// Id of the first cycle.
@@ -109,9 +110,9 @@ pub struct AskCycles {
     pub threads: Option<usize>,
 }
 
-impl Default for AskCycles {
+impl Default for AskPlan {
     fn default() -> Self {
-        Self { cycles: 1000, seed: 1, first_cycle: 0, threads: None }
+        Self { cycles: None, seed: 1, first_cycle: 0, threads: None }
     }
 }
 
@@ -121,10 +122,6 @@ impl Default for AskCycles {
 pub struct AskRun {
     /// The study, which may be one of groups.
     pub study: AskedStudy,
-    /// Number of cycles; 1000 by default. Not with groups.
-    #[serde(default)]
-    #[schemars(range(min = 1))]
-    pub cycles: Option<u64>,
     /// Number of trucks in place of cycles. Not with groups.
     #[serde(default)]
     #[schemars(range(min = 1))]
@@ -132,16 +129,9 @@ pub struct AskRun {
     /// Precision at which the run ends, such as `0.2%`. Not with groups.
     #[serde(default)]
     pub precision: Option<String>,
-    /// Master seed; 1 by default.
+    /// Cycles. Groups say their number themselves.
     #[serde(default)]
-    pub seed: Option<u64>,
-    /// Id of the first cycle; 0 by default. Not with groups.
-    #[serde(default)]
-    pub first_cycle: Option<u64>,
-    /// Threads; one for each processor where there is no number.
-    #[serde(default)]
-    #[schemars(range(min = 1))]
-    pub threads: Option<usize>,
+    pub plan: AskPlan,
 }
 
 /// A comparison.
@@ -153,7 +143,7 @@ pub struct AskCompare {
     pub studies: Vec<AskedStudy>,
     /// Cycles of each study.
     #[serde(default)]
-    pub cycles: AskCycles,
+    pub plan: AskPlan,
     /// Quantity, or another column of the records.
     #[serde(default)]
     pub column: Option<String>,
@@ -172,7 +162,7 @@ pub struct AskSweep {
     pub against: Against,
     /// Cycles of each point.
     #[serde(default)]
-    pub cycles: AskCycles,
+    pub plan: AskPlan,
     /// Quantity, or another column of the records.
     #[serde(default)]
     pub column: Option<String>,
@@ -186,7 +176,7 @@ pub struct AskSensitivity {
     pub study: AskedStudy,
     /// Rows of the design.
     #[serde(default)]
-    pub cycles: AskCycles,
+    pub plan: AskPlan,
     /// Quantity.
     #[serde(default)]
     pub column: Option<String>,
@@ -212,7 +202,7 @@ pub struct AskPair {
     pub against: Option<AskedStudy>,
     /// Cycles of each study.
     #[serde(default)]
-    pub cycles: AskCycles,
+    pub plan: AskPlan,
     /// Quantity that is doubted; costs have none.
     #[serde(default)]
     pub column: Option<String>,
@@ -226,7 +216,7 @@ pub struct AskStudy {
     pub study: AskedStudy,
     /// Cycles.
     #[serde(default)]
-    pub cycles: AskCycles,
+    pub plan: AskPlan,
 }
 
 /// The size of a battery.
@@ -245,5 +235,5 @@ pub struct AskSize {
     pub season: Option<Season>,
     /// Cycles.
     #[serde(default)]
-    pub cycles: AskCycles,
+    pub plan: AskPlan,
 }
