@@ -36,8 +36,9 @@
     // bars whose lengths do not go with the numbers that stand beside them, or in their titles
     function lying(bars, texts) {
         const told = bars.map(([bar, box]) => {
+            // the number of a row, also where its bar reaches into it
             const beside = texts.find(([e, at]) =>
-                at.left > box.right && at.top < box.bottom && at.bottom > box.top && /^-?[\d.,]+ /.test(words(e)));
+                at.left > box.left && at.top < box.bottom && at.bottom > box.top && /^-?[\d.,]+ /.test(words(e)));
             if (beside) return [parseFloat(words(beside[0]).replace(/,/g, "")), box.width];
             const count = /: ([\d,]+) /.exec(bar.querySelector("title")?.textContent ?? "");
             return count && [parseFloat(count[1].replace(/,/g, "")), box.height];
