@@ -259,6 +259,8 @@ fn a_folder_in_which_any_group_has_a_run_is_refused_before_the_first_is_driven()
     fs::remove_dir_all(&last).expect("a run");
     fs::write(whole.join("fleet.json"), "{}").expect("space");
     refused("the answer of a fleet");
+    fs::rename(whole.join("fleet.json"), whole.join("report.html")).expect("space");
+    refused("`report.html`, a report");
     fs::remove_dir_all(&whole).expect("a folder");
     ocmc(&[&one[..], &[&out]].concat()).assert().success();
     refused(&out);

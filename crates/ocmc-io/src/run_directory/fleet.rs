@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 /// Name of the answer of a fleet, beside the runs of its groups.
 pub const FLEET: &str = "fleet.json";
 
+/// Name of its page, as of the report of a run.
+const PAGE: &str = "report.html";
+
 /// The names in the answer of a fleet.
 #[derive(Deserialize)]
 struct Groups {
@@ -46,15 +49,16 @@ pub fn runs_in(folder: &Path) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// [`RunDirectoryError::Exists`] where the folder, or a group of it, holds a run, or the folder
-/// another fleet.
+/// another fleet, or a report.
 pub fn check_free_of_groups(folder: &Path, groups: &[&str]) -> Result<(), RunDirectoryError> {
     check_free(folder)?;
     for group in groups {
         check_free(&folder.join(group))?;
     }
-    if !folder.join(FLEET).exists() {
+    let taken = [(FLEET, "the answer of a fleet"), (PAGE, "a report")];
+    let Some((name, of)) = taken.into_iter().find(|(name, _)| folder.join(name).exists()) else {
         return Ok(());
-    }
-    let (path, what) = (folder.to_owned(), format!("`{FLEET}`, the answer of a fleet"));
+    };
+    let (path, what) = (folder.to_owned(), format!("`{name}`, {of}"));
     Err(RunDirectoryError::Exists { path, what, unfinished: false })
 }
