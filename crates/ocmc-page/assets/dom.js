@@ -11,25 +11,39 @@ export function element(name, attributes = {}, ...children) {
     return made;
 }
 
+// A paragraph, of a class.
+export const line = (text, kind) => element("p", { class: kind }, text);
+
 export const byId = id => document.getElementById(id);
 
-export const show = (node, is) => { node.hidden = !is; };
+export const show = (node, is) => {
+    node.hidden = !is;
+};
 
 // A table as of the program's report; `head` and `rows` are lists of cells.
 export function table(caption, head, rows, words = []) {
     const side = (cell, k) => (k > 0 && !words.includes(k) ? {} : { class: "words" });
-    const cells = (row, k) => element("tr", {}, ...row.map((cell, column) => column === 0
-        ? element("th", { scope: "row", class: "words" }, cell)
-        : element("td", side(cell, column), cell)));
+    const cells = (row, k) =>
+        element(
+            "tr",
+            {},
+            ...row.map((cell, column) =>
+                column === 0
+                    ? element("th", { scope: "row", class: "words" }, cell)
+                    : element("td", side(cell, column), cell),
+            ),
+        );
     const heads = head.map((cell, k) => element("th", { scope: "col", ...side(cell, k) }, cell));
-    const made = element("table", {},
-        element("caption", {}, caption),
+    const made = element(
+        "table",
+        { "aria-label": caption },
         element("thead", {}, element("tr", {}, ...heads)),
-        element("tbody", {}, ...rows.map(cells)));
-    const wide = element("div", { class: "wide", role: "region" }, made);
+        element("tbody", {}, ...rows.map(cells)),
+    );
+    // keys move it sideways where it is wider than the screen
+    const wide = element("div", { class: "wide", role: "group", tabindex: "0" }, made);
     wide.setAttribute("aria-label", caption);
-    wide.tabIndex = 0;
-    return wide;
+    return element("div", {}, element("h3", {}, caption), wide);
 }
 
 // Says something to screen readers, once it has settled.

@@ -6,22 +6,36 @@ let made = 0;
 // A number with its unit, and a slider below it where `slide` is given.
 // of: {label, unit, min, max, step, slide, hint, onChange(value or null)}; gives {node, set(value, placeholder)}.
 export function numberField(of) {
-    const id = `field-${made += 1}`;
+    const id = `field-${(made += 1)}`;
     const number = element("input", {
-        id, type: "number", min: String(of.min), max: of.most === undefined ? null : String(of.most),
-        step: String(of.step), inputmode: "decimal", oninput: () => typed(number),
+        id,
+        type: "number",
+        min: String(of.min),
+        max: of.most === undefined ? null : String(of.most),
+        step: String(of.step),
+        inputmode: "decimal",
+        oninput: () => typed(number),
     });
     const hint = element("p", { class: "soft", id: `${id}-hint`, hidden: !of.hint }, of.hint ?? "");
     number.setAttribute("aria-describedby", hint.id);
-    const slider = of.slide && element("input", {
-        type: "range", min: String(of.min), max: String(of.max), step: String(of.step),
-        oninput: () => typed(slider),
-    });
+    const slider =
+        of.slide &&
+        element("input", {
+            type: "range",
+            min: String(of.min),
+            max: String(of.max),
+            step: String(of.step),
+            oninput: () => typed(slider),
+        });
     slider?.setAttribute("aria-label", `${of.label}, ${of.unit}`);
-    const node = element("div", { class: "field" },
+    const node = element(
+        "div",
+        { class: "field" },
         element("label", { for: id }, of.label),
         element("span", { class: "number" }, number, element("span", { class: "unit" }, of.unit)),
-        slider ?? null, hint);
+        slider ?? null,
+        hint,
+    );
 
     function typed(from) {
         const value = from.value === "" ? null : Number(from.value);
@@ -44,7 +58,9 @@ export function numberField(of) {
             hint.textContent = text;
             hint.hidden = !text;
         },
-        show(is) { node.hidden = !is; },
+        show(is) {
+            node.hidden = !is;
+        },
         enable(is) {
             number.disabled = !is;
             if (slider) slider.disabled = !is;
@@ -54,21 +70,33 @@ export function numberField(of) {
 
 // One of several; `choices` are pairs of value and words.
 export function choiceField(label, onChange) {
-    const id = `field-${made += 1}`;
+    const id = `field-${(made += 1)}`;
     const select = element("select", { id, onchange: () => onChange(select.value) });
     const hint = element("p", { class: "soft", id: `${id}-hint` });
     select.setAttribute("aria-describedby", hint.id);
-    const node = element("div", { class: "field" }, element("label", { for: id }, label), select, hint);
+    const node = element(
+        "div",
+        { class: "field" },
+        element("label", { for: id }, label),
+        select,
+        hint,
+    );
     return {
         node,
         set(groups, value) {
-            const options = groups.filter(([, choices]) => choices.length > 0).map(([name, choices]) => {
-                const all = choices.map(([of, words]) => element("option", { value: of }, words));
-                return name ? element("optgroup", { label: name }, ...all) : all;
-            });
+            const options = groups
+                .filter(([, choices]) => choices.length > 0)
+                .map(([name, choices]) => {
+                    const all = choices.map(([of, words]) =>
+                        element("option", { value: of }, words),
+                    );
+                    return name ? element("optgroup", { label: name }, ...all) : all;
+                });
             select.replaceChildren(...options.flat());
             select.value = value;
         },
-        hint(text) { hint.textContent = text; },
+        hint(text) {
+            hint.textContent = text;
+        },
     };
 }

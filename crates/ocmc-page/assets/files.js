@@ -1,12 +1,17 @@
 // Files that were dropped: what was read of each, what is missing, and what it is used for.
-import { element, fault, isAbort } from "./dom.js";
+import { element, line, fault } from "./dom.js";
 import { grouped, rounded } from "./format.js";
+import { job } from "./job.js";
 import { mapSketch, profileSketch } from "./sketch.js";
 
 const LARGEST = 64 << 20;
 
 // A name without a folder, and without what file systems do not take.
-const plain = name => name.split(/[/\\]/).pop().replace(/[^\p{L}\p{N}._ -]/gu, "_") || "file";
+const plain = name =>
+    name
+        .split(/[/\\]/)
+        .pop()
+        .replace(/[^\p{L}\p{N}._ -]/gu, "_") || "file";
 
 // `on`: {changed(files), removed(name), calibrate(file, options), route(name, change)}.
 export function filesPanel(engine, places, on) {
@@ -46,7 +51,10 @@ export function filesPanel(engine, places, on) {
         const { answer } = await engine.ask({ ask: "files" });
         const before = new Set(known.map(file => file.file));
         known = answer.files;
-        on.changed(known, known.filter(file => !before.has(file.file)).map(file => file.file));
+        on.changed(
+            known,
+            known.filter(file => !before.has(file.file)).map(file => file.file),
+        );
     }
 
     async function remove(name) {
@@ -63,22 +71,32 @@ export function filesPanel(engine, places, on) {
 
     function card(file, state) {
         const title = element("h3", {}, file.file);
-        const away = element("button", { type: "button", class: "small", onclick: () => remove(file.file) },
-            "Remove");
+        const away = element(
+            "button",
+            { type: "button", class: "small", onclick: () => remove(file.file) },
+            "Remove",
+        );
         away.setAttribute("aria-label", `Remove ${file.file}`);
-        const parts = [element("div", { class: "top" }, title, away), element("p", { class: "soft" }, size(file))];
+        const parts = [element("div", { class: "top" }, title, away), line(size(file), "soft")];
         const sketches = [
             file.profile && profileSketch(file.profile, `Altitude along ${file.file}`),
             file.map && mapSketch(file.map, `Way of ${file.file} on the map`),
         ].filter(Boolean);
         if (sketches.length) parts.push(element("div", { class: "sketches" }, ...sketches));
-        if (file.told.length) parts.push(element("ul", {}, ...file.told.map(line => element("li", {}, line))));
-        if (file.reason) parts.push(element("p", { class: "warning" }, file.reason));
-        if (file.warnings.length) {
-            const count = file.warnings.length;
-            parts.push(element("details", {},
-                element("summary", {}, count === 1 ? "A warning" : `${count} warnings`),
-                ...file.warnings.map(line => element("p", { class: "warning soft" }, line))));
+        if (file.reason) parts.push(line(file.reason, "warning"));
+        const count = file.warnings.length;
+        if (count + file.told.length > 0) {
+            const warned =
+                count === 0 ? "" : count === 1 ? ", and a warning" : `, and ${count} warnings`;
+            parts.push(
+                element(
+                    "details",
+                    {},
+                    element("summary", {}, `What was read${warned}`),
+                    element("ul", {}, ...file.told.map(text => element("li", {}, text))),
+                    ...file.warnings.map(text => line(text, "warning soft")),
+                ),
+            );
         }
         if (file.route) parts.push(drive(file, state.routes[file.file]));
         if (file.kind === "totals") parts.push(calibration(file));
@@ -93,58 +111,61 @@ export function filesPanel(engine, places, on) {
 
     function drive(file, route) {
         const use = element("input", {
-            type: "checkbox", checked: route?.use ?? false,
+            type: "checkbox",
+            checked: route?.use ?? false,
             onchange: () => on.route(file.file, { use: use.checked }),
         });
         const weight = element("input", {
-            type: "number", min: "0.1", step: "1", value: String(route?.weight ?? 1), inputmode: "decimal",
+            type: "number",
+            min: "0.1",
+            step: "1",
+            value: String(route?.weight ?? 1),
+            inputmode: "decimal",
             oninput: () => {
                 const value = Number(weight.value);
                 if (value > 0) on.route(file.file, { weight: value });
             },
         });
-        return element("div", { class: "drive" },
+        return element(
+            "div",
+            { class: "drive" },
             element("label", {}, use, "Drive it"),
-            element("label", {}, "as often as", weight));
+            element("label", {}, "as often as", weight),
+        );
     }
 
     function calibration(file) {
-        const press = element("button", { type: "button" }, "Calibrate to this table");
-        const bar = element("progress", { max: 1, value: 0, hidden: true });
-        bar.setAttribute("aria-label", "Calibration");
-        const cancel = element("button", { type: "button", hidden: true }, "Cancel");
-        const told = element("div", { role: "status" });
-        press.addEventListener("click", async () => {
-            const control = new AbortController();
-            cancel.onclick = () => control.abort();
-            press.disabled = true;
-            bar.hidden = cancel.hidden = false;
-            bar.removeAttribute("value");
-            told.replaceChildren(element("p", { class: "soft" },
-                "Half a minute: judged numbers of the study are moved until it takes what the table says."));
-            const onProgress = ({ done, total }) => { bar.value = total ? done / total : 0; };
-            try {
-                await on.calibrate(file.file, { signal: control.signal, onProgress });
-                await read();
-            } catch (error) {
-                if (isAbort(error)) told.replaceChildren();
-                else fault(told, error.message);
-            } finally {
-                press.disabled = false;
-                bar.hidden = cancel.hidden = true;
-            }
-        });
-        const done = calibrated.get(file.file);
-        if (done) told.replaceChildren(...done);
-        return element("div", {}, element("div", { class: "buttons" }, press, bar, cancel), told);
+        const told = element("div", { role: "status" }, ...(calibrated.get(file.file) ?? []));
+        const press = job(
+            "Calibrate to this table",
+            options => on.calibrate(file.file, options),
+            read,
+        );
+        return element(
+            "div",
+            {},
+            press.node,
+            line(
+                "Half a minute: judged numbers " +
+                    "of the study are moved until it takes what the table says.",
+                "soft",
+            ),
+            told,
+        );
     }
 
     const calibrated = new Map();
     return {
-        get files() { return known; },
+        get files() {
+            return known;
+        },
         read,
         // What a calibration has told, below its table.
-        tell(name, nodes) { calibrated.set(name, nodes); },
-        show(state) { list.replaceChildren(...known.map(file => card(file, state))); },
+        tell(name, nodes) {
+            calibrated.set(name, nodes);
+        },
+        show(state) {
+            list.replaceChildren(...known.map(file => card(file, state)));
+        },
     };
 }

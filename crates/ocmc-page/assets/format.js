@@ -52,8 +52,8 @@ export function rough(number) {
     if (number === 0) return "0";
     const power = Math.floor(Math.log10(Math.abs(number)));
     const unit = 10 ** (power - 2);
-    const digits = power > 2 ? unit * Number(fixed(number / unit, 0))
-        : Number(fixed(number, 2 - power));
+    const digits =
+        power > 2 ? unit * Number(fixed(number / unit, 0)) : Number(fixed(number, 2 - power));
     return digits >= 100 ? grouped(digits) : String(digits);
 }
 
@@ -100,14 +100,21 @@ const LABELS = {
 export const label = column => LABELS[column] ?? [column, 1];
 
 const CONSUMPTIONS = [
-    "consumption_l_per_100km", "consumption_kwh_per_km", "consumption_hydrogen_kg_per_100km",
-    "consumption_methane_kg_per_100km", "wheel_kwh_per_km",
+    "consumption_l_per_100km",
+    "consumption_kwh_per_km",
+    "consumption_hydrogen_kg_per_100km",
+    "consumption_methane_kg_per_100km",
+    "wheel_kwh_per_km",
 ];
 
 // The consumption that a fleet is judged by.
 export function consumptionOf(statistics) {
-    return CONSUMPTIONS.find(column => statistics?.[column] && statistics[column].p50 !== null
-        && statistics[column].p50 !== undefined);
+    return CONSUMPTIONS.find(
+        column =>
+            statistics?.[column] &&
+            statistics[column].p50 !== null &&
+            statistics[column].p50 !== undefined,
+    );
 }
 
 // Totals of a fleet's year: key, name, unit, factor to it.
@@ -129,11 +136,17 @@ export function totalsOf(trucks, scale = 1) {
     return TOTALS.filter(([key]) => trucks.fleet_year[key]).map(([key, name, unit, factor]) => {
         const { total, prediction95 } = trucks.fleet_year[key];
         return {
-            key, name, unit: unit ?? trucks.currency ?? "", total: factor * total * scale,
+            key,
+            name,
+            unit: unit ?? trucks.currency ?? "",
+            total: factor * total * scale,
             half: prediction95 && half(prediction95.map(end => factor * end)) * scale,
         };
     });
 }
+
+// Place of a total among all.
+export const placeOf = key => TOTALS.findIndex(([known]) => known === key);
 
 // A number for the inputs of the page: no digits of binary fractions.
 export const tidy = (number, digits = 6) => Number(number.toPrecision(digits));

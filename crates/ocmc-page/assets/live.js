@@ -9,13 +9,18 @@ const SECOND = 1000;
 const SETTLED = 250;
 const LONGEST_LOOK = 1500;
 
-const wait = (ms, signal) => new Promise((done, failed) => {
-    const timer = setTimeout(done, ms);
-    signal.addEventListener("abort", () => {
-        clearTimeout(timer);
-        failed(new DOMException("", "AbortError"));
-    }, { once: true });
-});
+const wait = (ms, signal) =>
+    new Promise((done, failed) => {
+        const timer = setTimeout(done, ms);
+        signal.addEventListener(
+            "abort",
+            () => {
+                clearTimeout(timer);
+                failed(new DOMException("", "AbortError"));
+            },
+            { once: true },
+        );
+    });
 
 // `on`: {ownOf(state) -> promise of values, look(message, look), progress({done, total}), final(message,
 // question, state), begun(), failed(reason)}
@@ -41,7 +46,12 @@ export function live(engine, on) {
             looking = { since: performance.now(), control: new AbortController() };
             try {
                 const own = await on.ownOf(state);
-                const look = await ask(state, own, FIRST[engine.kind] ?? 60, looking.control.signal);
+                const look = await ask(
+                    state,
+                    own,
+                    FIRST[engine.kind] ?? 60,
+                    looking.control.signal,
+                );
                 if (look) on.look(...look);
                 if (!newest) drive(state, own);
             } catch (error) {
@@ -79,5 +89,10 @@ export function live(engine, on) {
         }
     }
 
-    return { change, get busy() { return Boolean(looking || driving); } };
+    return {
+        change,
+        get busy() {
+            return Boolean(looking || driving);
+        },
+    };
 }

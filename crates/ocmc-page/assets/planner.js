@@ -1,14 +1,23 @@
 // Ties the panels together.
 import { grow, showAnswer } from "./answer.js";
 import { comparison } from "./compare.js";
-import { byId, element, fault, isAbort, show } from "./dom.js";
+import { byId, line, fault, isAbort, show } from "./dom.js";
+import { doubtPanel } from "./doubt.js";
 import { filesPanel } from "./files.js";
 import { grouped, rounded } from "./format.js";
 import { live } from "./live.js";
 import { rangePanel } from "./range.js";
 import { savePanel } from "./save.js";
 import {
-    copy, counterpart, electric, electricTables, isElectric, ownStudy, start, studyOf, tripsAYear,
+    copy,
+    counterpart,
+    electric,
+    electricTables,
+    isElectric,
+    ownStudy,
+    start,
+    studyOf,
+    tripsAYear,
 } from "./study.js";
 import { tripPanel } from "./trip.js";
 import { trucksPanel } from "./trucks.js";
@@ -26,22 +35,35 @@ export async function answerLoop(engine) {
         const study = ownStudy(of);
         const name = JSON.stringify(study);
         if (!known.has(name)) {
-            known.set(name, engine.ask({ ask: "study", study }).then(({ answer }) =>
-                ({ "study.description": answer.description, ...answer.values })));
+            known.set(
+                name,
+                engine.ask({ ask: "study", study }).then(({ answer }) => ({
+                    "study.description": answer.description,
+                    ...answer.values,
+                })),
+            );
             known.get(name).catch(() => known.delete(name));
             if (known.size > 20) known.delete(known.keys().next().value);
         }
         return known.get(name);
     };
 
-    const files = filesPanel(engine, {
-        drop: byId("drop"), choose: byId("choose"), list: byId("files"), wrong: byId("files-fault"),
-    }, { changed: filesChanged, removed: fileRemoved, calibrate, route: routeChanged });
+    const files = filesPanel(
+        engine,
+        {
+            drop: byId("drop"),
+            choose: byId("choose"),
+            list: byId("files"),
+            wrong: byId("files-fault"),
+        },
+        { changed: filesChanged, removed: fileRemoved, calibrate, route: routeChanged },
+    );
     const trucks = trucksPanel({ trucks: byId("trucks"), prices: byId("prices") }, changed);
     const compared = comparison(engine);
     const current = () => whole;
     const trip = tripPanel(engine, current);
     const range = rangePanel(engine, current);
+    const doubt = doubtPanel(engine, current);
     const save = savePanel(engine, current, name => {
         state.name = name;
         refresh();
@@ -87,7 +109,9 @@ export async function answerLoop(engine) {
 
     function showInputs() {
         trucks.show(state, own, files.files);
-        const beside = Object.entries(state.routes).filter(([, route]) => route.use).map(([name]) => name);
+        const beside = Object.entries(state.routes)
+            .filter(([, route]) => route.use)
+            .map(([name]) => name);
         if (files.files.some(file => file.file === state.base)) beside.unshift(state.base);
         save.show(state, beside);
     }
@@ -95,7 +119,17 @@ export async function answerLoop(engine) {
     function changed(key, value) {
         if (key === "reset") {
             const { name, base, vehicle, extra, routes, trucks: count, tripsAWeek, prices } = state;
-            state = { ...start(), name, base, vehicle, extra, routes, trucks: count, tripsAWeek, prices };
+            state = {
+                ...start(),
+                name,
+                base,
+                vehicle,
+                extra,
+                routes,
+                trucks: count,
+                tripsAWeek,
+                prices,
+            };
         } else if (key === "price") state.prices = { ...state.prices, [value[0]]: value[1] };
         else if (key === "trucks") {
             if (value === null) return;
@@ -116,13 +150,23 @@ export async function answerLoop(engine) {
         const perTruck = tripsAYear(of, values);
         const trips = of.trucks * perTruck;
         whole = {
-            message, question, state: of, own: values, trips, perTruck, alone: studyOf(of, values, 1),
+            message,
+            question,
+            state: of,
+            own: values,
+            trips,
+            perTruck,
+            alone: studyOf(of, values, 1),
+            drawn: Object.values(of.routes).some(route => route.use)
+                ? studyOf({ ...of, routes: {}, lengthKm: null }, values, 1)
+                : null,
         };
         const took = message.answer.wall_s ? `, in ${rounded(message.answer.wall_s)} s` : "";
         say(`All ${grouped(message.answer.cycles)} trips of ${grouped(of.trucks)} trucks${took}`);
         show(byId("range-section"), isElectric(values));
         range.forget();
         trip.changed();
+        doubt.changed();
         buttons();
         if (kept) compared.show(kept, whole);
     }
@@ -173,11 +217,21 @@ export async function answerLoop(engine) {
             const route = state.routes[file.file];
             state.routes[file.file] = {
                 use: route?.use ?? (fresh.includes(file.file) && file.kind === "route"),
-                weight: route?.weight ?? 1, entry: file.route,
+                weight: route?.weight ?? 1,
+                entry: file.route,
             };
         }
-        const study = list.findLast(file => file.kind === "study" && !file.reason && fresh.includes(file.file));
-        if (study) Object.assign(state, { base: study.file, vehicle: "", extra: null, curbT: null, limiterKmh: null });
+        const study = list.findLast(
+            file => file.kind === "study" && !file.reason && fresh.includes(file.file),
+        );
+        if (study)
+            Object.assign(state, {
+                base: study.file,
+                vehicle: "",
+                extra: null,
+                curbT: null,
+                limiterKmh: null,
+            });
         files.show(state);
         refresh();
     }
@@ -199,7 +253,9 @@ export async function answerLoop(engine) {
 
     // Makes a study that takes what a table says, and goes on with it.
     async function calibrate(table, options) {
-        const study = { study: { study: { name: state.base.replace(/\.toml$/, ""), base: state.base } } };
+        const study = {
+            study: { study: { name: state.base.replace(/\.toml$/, ""), base: state.base } },
+        };
         const { answer } = await engine.ask({ ask: "calibrate-totals", study, table }, options);
         const name = `calibrated-${table.replace(/\.[^.]*$/, "").replace(/[^\w-]/g, "-")}.toml`;
         await engine.putFile(name, new TextEncoder().encode(answer.study_toml));
@@ -211,9 +267,10 @@ export async function answerLoop(engine) {
         if (files.files.length > 0) event.preventDefault();
     });
 
-    byId("where").textContent = engine.kind === "native"
-        ? "Everything stays on this computer; a reload forgets it."
-        : "It runs in this tab: no file leaves it; a reload forgets it.";
+    byId("where").textContent =
+        engine.kind === "native"
+            ? "Everything stays on this computer; a reload forgets it."
+            : "It runs in this tab: no file leaves it; a reload forgets it.";
     buttons();
     showInputs();
     // files of a page that was open before
@@ -229,9 +286,11 @@ function calibrationWords(answer, name) {
     const unit = answer.column === "consumption_kwh_per_km" ? "kWh/km" : "L/100 km";
     const { table, simulated, before, rows, left_out, trucks } = answer;
     return [
-        element("p", {}, `${grouped(rows)} trips${trucks ? ` of ${grouped(trucks)} trucks` : ""}, ${grouped(left_out)} `
-            + `left out: the table takes ${rounded(table.mean)} ${unit}, the calibrated study ${rounded(simulated.mean)}, `
-            + `the study with the table's loads took ${rounded(before)}.`),
-        element("p", { class: "soft" }, `It is there as ${name}, and the trucks start from it.`),
+        line(
+            `${grouped(rows)} trips${trucks ? ` of ${grouped(trucks)} trucks` : ""}, ${grouped(left_out)} ` +
+                `left out: the table takes ${rounded(table.mean)} ${unit}, the calibrated study ${rounded(simulated.mean)}, ` +
+                `the study with the table's loads took ${rounded(before)}.`,
+        ),
+        line(`It is there as ${name}, and the trucks start from it.`, "soft"),
     ];
 }

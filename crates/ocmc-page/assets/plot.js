@@ -23,9 +23,17 @@ export const steps = () => uPlot.paths.stepped({ align: 1 });
 
 function axis(name, unit, side, values) {
     return {
-        stroke: colour("--soft"), font: FONT, labelFont: FONT, label: unit, labelSize: 18,
-        grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 },
-        size: side === 3 ? 52 : 34, side, scale: name, values,
+        stroke: colour("--soft"),
+        font: FONT,
+        labelFont: FONT,
+        label: unit,
+        labelSize: 18,
+        grid: { stroke: colour("--line"), width: 1 },
+        ticks: { stroke: colour("--line"), width: 1 },
+        size: side === 3 ? 52 : 34,
+        side,
+        scale: name,
+        values,
     };
 }
 
@@ -34,13 +42,25 @@ function axis(name, unit, side, values) {
 export function draw(place, of) {
     clear(place);
     const series = of.series.map(one => ({
-        label: one.name, stroke: colour(one.colour), width: one.width ?? 1.5, dash: one.dash,
-        fill: one.fill && colour(one.fill), paths: one.paths?.(), points: { show: false }, spanGaps: false,
+        label: one.name,
+        stroke: colour(one.colour),
+        width: one.width ?? 1.5,
+        dash: one.dash,
+        fill: one.fill && colour(one.fill),
+        fillTo: one.down ? (_, k, low) => low : undefined,
+        paths: one.paths?.(),
+        points: { show: false },
+        spanGaps: false,
     }));
     const options = {
-        width: Math.max(200, Math.floor(place.clientWidth)), height: of.height ?? 220,
+        width: Math.max(200, Math.floor(place.clientWidth)),
+        height: of.height ?? 220,
         legend: { show: false },
-        cursor: { drag: { x: true, y: false }, points: { show: !of.quiet }, sync: of.sync && { key: of.sync } },
+        cursor: {
+            drag: { x: true, y: false },
+            points: { show: !of.quiet },
+            sync: of.sync && { key: of.sync },
+        },
         scales: { x: { time: false, range: of.xRange }, y: { range: of.yRange } },
         axes: [axis("x", of.x, 2, of.xValues), axis("y", of.y, 3, of.yValues)],
         series: [{}, ...series],
@@ -57,8 +77,11 @@ export function draw(place, of) {
 // New numbers for the same lines, without making the plot anew.
 export function redraw(place, of) {
     const known = drawn.get(place);
-    const same = known && known.of.series.length === of.series.length && known.of.x === of.x
-        && known.of.y === of.y;
+    const same =
+        known &&
+        known.of.series.length === of.series.length &&
+        known.of.x === of.x &&
+        known.of.y === of.y;
     if (!same) return draw(place, of);
     known.of = of;
     place.setAttribute("aria-label", of.words);

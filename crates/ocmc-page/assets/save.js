@@ -2,15 +2,24 @@
 import { byId, download, fault } from "./dom.js";
 
 export const plainName = text =>
-    text.trim().toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-+|-+$/g, "") || "my-fleet";
+    text
+        .trim()
+        .toLowerCase()
+        .replace(/[^\p{L}\p{N}]+/gu, "-")
+        .replace(/^-+|-+$/g, "") || "my-fleet";
 
 export function savePanel(engine, current, renamed) {
     const name = byId("name");
     name.addEventListener("input", () => renamed(plainName(name.value)));
-    name.addEventListener("change", () => { name.value = plainName(name.value); });
+    name.addEventListener("change", () => {
+        name.value = plainName(name.value);
+    });
 
-    const files = [["save-study", "study.toml", own => `${own}.toml`], ["save-xlsx", "fleet.xlsx", own => `${own}.xlsx`],
-        ["save-report", "report.html", own => `${own}.html`]];
+    const files = [
+        ["save-study", "study.toml", own => `${own}.toml`],
+        ["save-xlsx", "fleet.xlsx", own => `${own}.xlsx`],
+        ["save-report", "report.html", own => `${own}.html`],
+    ];
     for (const [id, kind, file] of files) {
         const button = byId(id);
         button.hidden = engine.kind !== "native" && kind !== "study.toml";
@@ -41,14 +50,18 @@ export function savePanel(engine, current, renamed) {
             getSelection().selectAllChildren(byId("command"));
             said.textContent = "Selected: copy it by the keys of your system";
         }
-        setTimeout(() => { said.textContent = ""; }, 4000);
+        setTimeout(() => {
+            said.textContent = "";
+        }, 4000);
     });
 
     return {
         show(state, beside) {
             if (document.activeElement !== name) name.value = state.name;
-            byId("command").textContent = `ocmc --study ${state.name}.toml --trucks ${state.trucks} --seed ${state.seed}`;
-            byId("beside").textContent = beside.length > 0 ? `Put beside the study file: ${beside.join(", ")}` : "";
+            byId("command").textContent =
+                `ocmc --study ${state.name}.toml --trucks ${state.trucks} --seed ${state.seed}`;
+            byId("beside").textContent =
+                beside.length > 0 ? `Put beside the study file: ${beside.join(", ")}` : "";
         },
     };
 }

@@ -9,7 +9,9 @@ function shape(name, attributes) {
 
 function picture(words, box, stretched, ...shapes) {
     const made = shape("svg", {
-        viewBox: box, role: "img", "aria-label": words,
+        viewBox: box,
+        role: "img",
+        "aria-label": words,
         preserveAspectRatio: stretched ? "none" : "xMidYMid meet",
     });
     made.append(...shapes);
@@ -31,22 +33,36 @@ export function profileSketch({ position_m, altitude_m }, words) {
     const [low, high] = ends(altitude_m);
     const length = position_m.at(-1) || 1;
     const room = Math.max(high - low, 20);
-    const way = position_m.map((x, k) => [300 * x / length, 55 - 48 * (altitude_m[k] - low) / room]);
-    return picture(words, "0 0 300 60", true,
+    const way = position_m.map((x, k) => [
+        (300 * x) / length,
+        55 - (48 * (altitude_m[k] - low)) / room,
+    ]);
+    return picture(
+        words,
+        "0 0 300 60",
+        true,
         shape("polygon", { class: "area", points: points([[0, 60], ...way, [300, 60]]) }),
-        shape("polyline", { class: "way", points: points(way) }));
+        shape("polyline", { class: "way", points: points(way) }),
+    );
 }
 
 export function mapSketch({ latitude_deg, longitude_deg }, words) {
     const [south, north] = ends(latitude_deg);
-    const narrow = Math.cos((south + north) / 2 * Math.PI / 180);
+    const narrow = Math.cos((((south + north) / 2) * Math.PI) / 180);
     const [west, east] = ends(longitude_deg);
     const size = Math.max((east - west) * narrow, north - south) || 1;
-    const at = k => [100 * (longitude_deg[k] - west) * narrow / size, 100 * (north - latitude_deg[k]) / size];
+    const at = k => [
+        (100 * (longitude_deg[k] - west) * narrow) / size,
+        (100 * (north - latitude_deg[k])) / size,
+    ];
     const way = latitude_deg.map((_, k) => at(k));
-    const [wide, high] = [100 * (east - west) * narrow / size, 100 * (north - south) / size];
+    const [wide, high] = [(100 * (east - west) * narrow) / size, (100 * (north - south)) / size];
     const [x, y] = way[0];
-    return picture(words, `-8 -8 ${(wide + 16).toFixed(1)} ${(high + 16).toFixed(1)}`, false,
+    return picture(
+        words,
+        `-8 -8 ${(wide + 16).toFixed(1)} ${(high + 16).toFixed(1)}`,
+        false,
         shape("polyline", { class: "way", points: points(way) }),
-        shape("circle", { class: "from", cx: x.toFixed(1), cy: y.toFixed(1), r: 4 }));
+        shape("path", { class: "from", d: `M${x.toFixed(1)} ${y.toFixed(1)}h.01` }),
+    );
 }

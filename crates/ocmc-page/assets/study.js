@@ -40,11 +40,23 @@ export const PRICES = [
 
 // A state in which nothing was changed. Null stands for what the study itself says.
 export const start = () => ({
-    name: "my-fleet", base: "regional", vehicle: "", extra: null, routes: {},
-    trucks: 40, tripsAWeek: null,
-    curbT: null, payloadT: null, payloadSdT: null, rollingPercent: 0, dragPercent: 0,
-    limiterKmh: null, lengthKm: null, airC: null,
-    prices: {}, seed: 1,
+    name: "my-fleet",
+    base: "regional",
+    vehicle: "",
+    extra: null,
+    routes: {},
+    trucks: 40,
+    tripsAWeek: null,
+    curbT: null,
+    payloadT: null,
+    payloadSdT: null,
+    rollingPercent: 0,
+    dragPercent: 0,
+    limiterKmh: null,
+    lengthKm: null,
+    airC: null,
+    prices: {},
+    seed: 1,
 });
 
 export const copy = state => structuredClone(state);
@@ -62,7 +74,8 @@ export function tripsAYear(state, own) {
     return Math.max(2, Math.round(WEEKS * (state.tripsAWeek ?? DEFAULT_TRIPS_A_WEEK)));
 }
 
-export const tripsAWeek = (state, own) => tidy(state.tripsAWeek ?? tripsAYear(state, own) / WEEKS, 3);
+export const tripsAWeek = (state, own) =>
+    tidy(state.tripsAWeek ?? tripsAYear(state, own) / WEEKS, 3);
 
 // What a price is: typed, of the study, or an example. An empty field is null.
 export function priceOf(state, own, key) {
@@ -131,7 +144,10 @@ function cost(state, own) {
     if (Object.keys(made).length === 0) return made;
     if (!own["cost.charging_efficiency"]) {
         const meters = own["charging.efficiency"] ?? own["emissions.charging_efficiency"];
-        if (made.depot_charging_per_kwh !== undefined || made.public_charging_per_kwh !== undefined) {
+        if (
+            made.depot_charging_per_kwh !== undefined ||
+            made.public_charging_per_kwh !== undefined
+        ) {
             made.charging_efficiency = meters ?? 0.94;
         }
     }
@@ -157,7 +173,10 @@ export function studyOf(state, own, trips = tripsAYear(state, own)) {
 
 // The question whose answer is that of the command.
 export const runQuestion = (state, own) => ({
-    ask: "run", study: studyOf(state, own), trucks: state.trucks, plan: { seed: state.seed },
+    ask: "run",
+    study: studyOf(state, own),
+    trucks: state.trucks,
+    plan: { seed: state.seed },
 });
 
 // A part of the fleet's year that is soon driven, and the factor from its totals to the year's.
@@ -166,7 +185,10 @@ export function lookQuestion(state, own, wanted) {
     const trucks = Math.min(state.trucks, 40);
     const each = Math.min(trips, Math.max(2, Math.round(wanted / trucks)));
     const question = {
-        ask: "run", study: studyOf(state, own, each), trucks, plan: { seed: state.seed },
+        ask: "run",
+        study: studyOf(state, own, each),
+        trucks,
+        plan: { seed: state.seed },
     };
     return { question, trips: each * trucks, scale: (state.trucks * trips) / (trucks * each) };
 }
@@ -174,8 +196,8 @@ export function lookQuestion(state, own, wanted) {
 // Lays `over` over `under`; laws and lists are taken whole.
 export function merge(under, over) {
     const made = { ...under };
-    const isTable = value => value && typeof value === "object" && !Array.isArray(value)
-        && !value.distribution;
+    const isTable = value =>
+        value && typeof value === "object" && !Array.isArray(value) && !value.distribution;
     for (const [key, value] of Object.entries(over)) {
         made[key] = isTable(value) && isTable(made[key]) ? merge(made[key], value) : value;
     }

@@ -1,6 +1,6 @@
 // One trip: speed and limit, altitude, gear, power and where the energy goes.
-import { byId, element, fault, isAbort, table } from "./dom.js";
-import { fixed, percent, rounded } from "./format.js";
+import { byId, element, line, fault, isAbort, table } from "./dom.js";
+import { fixed, grouped, percent, rounded } from "./format.js";
 import { clearIn, draw, legend, steps } from "./plot.js";
 
 const SYNC = "trip";
@@ -21,7 +21,12 @@ export function tripPanel(engine, current) {
         const { signal } = control;
         fault(byId("trip-fault"), "");
         try {
-            const question = { ask: "trip", study: now.question.study, seed: now.question.plan.seed, cycle };
+            const question = {
+                ask: "trip",
+                study: now.question.study,
+                seed: now.question.plan.seed,
+                cycle,
+            };
             const { answer } = await engine.ask(question, { signal });
             if (!signal.aborted) render(answer.columns, cycle, now);
             shown = true;
@@ -48,12 +53,22 @@ export function tripPanel(engine, current) {
     function render(columns, cycle, now) {
         clearIn(place);
         const { head, plots, energy } = picture(columns);
-        const truck = now.perTruck ? `trip ${cycle % now.perTruck + 1} of truck ${Math.floor(cycle / now.perTruck) + 1}: ` : "";
-        place.replaceChildren(element("p", {}, truck + head));
+        const truck = now.perTruck
+            ? `trip ${(cycle % now.perTruck) + 1} of truck ${Math.floor(cycle / now.perTruck) + 1}: `
+            : "";
+        place.replaceChildren(line(truck + head));
         for (const plot of plots) {
             const box = element("div", { class: "plot" });
-            place.append(element("figure", {}, element("h3", {}, plot.title), box,
-                legend(plot.series), element("figcaption", {}, plot.words)));
+            place.append(
+                element(
+                    "figure",
+                    {},
+                    element("h3", {}, plot.title),
+                    box,
+                    legend(plot.series),
+                    element("figcaption", {}, plot.words),
+                ),
+            );
             draw(box, plot);
         }
         if (energy) place.append(energy);
@@ -63,7 +78,7 @@ export function tripPanel(engine, current) {
         // After a new answer: the same trip of it, where one was shown.
         changed() {
             const now = current();
-            byId("trip-of").textContent = now ? `of 0 to ${now.trips - 1}` : "";
+            byId("trip-of").textContent = now ? `of ${grouped(now.trips)}, counted from 0` : "";
             number.max = now ? String(now.trips - 1) : "";
             if (shown && now) ask();
         },
@@ -73,42 +88,78 @@ export function tripPanel(engine, current) {
 
 function picture(columns) {
     const km = columns.position_m.map(position => position / 1000);
-    const column = name => columns[name]?.some(value => value !== null) ? columns[name] : null;
-    const scale = (name, factor) => column(name)?.map(value => (value === null ? null : factor * value));
+    const column = name => (columns[name]?.some(value => value !== null) ? columns[name] : null);
+    const scale = (name, factor) =>
+        column(name)?.map(value => (value === null ? null : factor * value));
     const common = { x: "km", sync: SYNC, xRange: () => [0, km.at(-1)] };
-    const most = values => values.reduce((high, value) => Math.max(high, value ?? -Infinity), -Infinity);
+    const most = values =>
+        values.reduce((high, value) => Math.max(high, value ?? -Infinity), -Infinity);
     const duration = columns.time_s.at(-1);
-    const mean = 3.6 * columns.position_m.at(-1) / duration;
+    const mean = (3.6 * columns.position_m.at(-1)) / duration;
     const head = `${rounded(km.at(-1))} km in ${fixed(duration / 3600, 2)} h, ${fixed(mean, 1)} km/h in the mean.`;
     const plots = [];
-    const add = (title, y, height, words, series, data, more = {}) => plots.push({
-        ...common, title, y, height, words, series, data: [km, ...data], ...more,
-    });
+    const add = (title, y, height, words, series, data, more = {}) =>
+        plots.push({
+            ...common,
+            title,
+            y,
+            height,
+            words,
+            series,
+            data: [km, ...data],
+            ...more,
+        });
 
     const speed = scale("speed_mps", 3.6);
     const limit = scale("limit_mps", 3.6);
     const speeds = [{ name: "speed", colour: "--bar" }];
     if (limit) speeds.unshift({ name: "limit", colour: "--mark", paths: steps, width: 1.2 });
-    add("Speed", "km/h", 230, `Speed along the way, up to ${fixed(most(speed), 0)} km/h${limit ? ", with the limit" : ""}.`,
-        speeds, limit ? [limit, speed] : [speed], { yRange: (_, low, high) => [0, 1.05 * high] });
+    add(
+        "Speed",
+        "km/h",
+        230,
+        `Speed along the way, up to ${fixed(most(speed), 0)} km/h${limit ? ", with the limit" : ""}.`,
+        speeds,
+        limit ? [limit, speed] : [speed],
+        { yRange: (_, low, high) => [0, 1.05 * high] },
+    );
 
     const altitude = climb(columns);
     if (altitude) {
         const low = altitude.reduce((a, b) => Math.min(a, b), Infinity);
-        add("Altitude", "m", 150, `Altitude over that of the start, from ${fixed(low, 0)} to ${fixed(most(altitude), 0)} m.`,
-            [{ name: "altitude over the start", colour: "--bar", fill: "--band" }], [altitude]);
+        add(
+            "Altitude",
+            "m",
+            150,
+            `Altitude over that of the start, from ${fixed(low, 0)} to ${fixed(most(altitude), 0)} m.`,
+            [{ name: "altitude over the start", colour: "--bar", fill: "--band", down: true }],
+            [altitude],
+        );
     }
     const gear = column("gear");
     if (gear) {
-        add("Gear", "gear", 130, `Gears up to ${most(gear)}.`,
-            [{ name: "gear", colour: "--bar", paths: steps }], [gear],
-            { yRange: (_, low, high) => [0, high + 1] });
+        add(
+            "Gear",
+            "gear",
+            130,
+            `Gears up to ${most(gear)}.`,
+            [{ name: "gear", colour: "--bar", paths: steps }],
+            [gear],
+            { yRange: (_, low, high) => [0, high + 1] },
+        );
     }
     power(columns, column, add);
     const charge = scale("state_of_charge", 100);
     if (charge) {
-        add("Charge", "%", 150, `State of charge from ${fixed(charge[0], 1)} to ${fixed(charge.at(-1), 1)} %.`,
-            [{ name: "state of charge", colour: "--bar" }], [charge], { yRange: () => [0, 100] });
+        add(
+            "Charge",
+            "%",
+            150,
+            `State of charge from ${fixed(charge[0], 1)} to ${fixed(charge.at(-1), 1)} %.`,
+            [{ name: "state of charge", colour: "--bar" }],
+            [charge],
+            { yRange: () => [0, 100] },
+        );
     }
     return { head, plots, energy: energy(columns, column) };
 }
@@ -128,8 +179,10 @@ function climb({ grade, position_m }) {
 function power(columns, column, add) {
     const step = columns.step_s;
     if (!step) return;
-    const over = name => column(name)?.map((value, k) => (value === null || !(step[k] > 0) ? null
-        : value / step[k] / 1000));
+    const over = name =>
+        column(name)?.map((value, k) =>
+            value === null || !(step[k] > 0) ? null : value / step[k] / 1000,
+        );
     const wheels = over("wheel_energy_added_j");
     const engine = over("crankshaft_work_added_j");
     const battery = column("battery_power_w")?.map(value => (value === null ? null : value / 1000));
@@ -144,19 +197,35 @@ function power(columns, column, add) {
     put("battery, at its terminals", "--mark", battery);
     put("wheels", "--bar", wheels);
     if (series.length > 0) {
-        add("Power", "kW", 190, `Power of ${series.map(one => one.name).join(" and ")}.`, series, data);
+        add(
+            "Power",
+            "kW",
+            190,
+            `Power of ${series.map(one => one.name).join(" and ")}.`,
+            series,
+            data,
+        );
     }
 }
 
 const LOSSES = [
-    ["fuel_cell_input_added_j", "hydrogen"], ["battery_energy_added_j", "out of the battery's store"],
-    ["crankshaft_work_added_j", "work at the crankshaft"], ["wheel_energy_added_j", "traction at the wheels"],
-    ["drag_energy_added_j", "air drag"], ["rolling_energy_added_j", "rolling"],
-    ["potential_added_j", "climb less descent"], ["service_brake_energy_added_j", "service brakes"],
-    ["engine_brake_energy_added_j", "engine brake"], ["regenerated_energy_added_j", "given back by braking"],
-    ["auxiliary_energy_added_j", "auxiliaries"], ["transmission_loss_added_j", "gearbox and axle"],
-    ["clutch_loss_added_j", "clutch"], ["shift_loss_added_j", "shifts"], ["motor_loss_added_j", "motor"],
-    ["battery_loss_added_j", "battery, inside"], ["charging_loss_added_j", "charging on the way"],
+    ["fuel_cell_input_added_j", "hydrogen"],
+    ["battery_energy_added_j", "out of the battery's store"],
+    ["crankshaft_work_added_j", "work at the crankshaft"],
+    ["wheel_energy_added_j", "traction at the wheels"],
+    ["drag_energy_added_j", "air drag"],
+    ["rolling_energy_added_j", "rolling"],
+    ["potential_added_j", "climb less descent"],
+    ["service_brake_energy_added_j", "service brakes"],
+    ["engine_brake_energy_added_j", "engine brake"],
+    ["regenerated_energy_added_j", "given back by braking"],
+    ["auxiliary_energy_added_j", "auxiliaries"],
+    ["transmission_loss_added_j", "gearbox and axle"],
+    ["clutch_loss_added_j", "clutch"],
+    ["shift_loss_added_j", "shifts"],
+    ["motor_loss_added_j", "motor"],
+    ["battery_loss_added_j", "battery, inside"],
+    ["charging_loss_added_j", "charging on the way"],
 ];
 
 // Sums over the rows; none where rows were left out when the trip was thinned.
