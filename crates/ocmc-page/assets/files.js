@@ -1,0 +1,171 @@
+// Files that were dropped: what was read of each, what is missing, and what it is used for.
+import { element, line, fault } from "./dom.js";
+import { grouped, rounded } from "./format.js";
+import { job } from "./job.js";
+import { mapSketch, profileSketch } from "./sketch.js";
+
+const LARGEST = 64 << 20;
+
+// A name without a folder, and without what file systems do not take.
+const plain = name =>
+    name
+        .split(/[/\\]/)
+        .pop()
+        .replace(/[^\p{L}\p{N}._ -]/gu, "_") || "file";
+
+// `on`: {changed(files), removed(name), calibrate(file, options), route(name, change)}.
+export function filesPanel(engine, places, on) {
+    const { drop, choose, list, wrong } = places;
+    let known = [];
+
+    choose.addEventListener("change", async () => {
+        await take([...choose.files]);
+        choose.value = "";
+    });
+    // the window, so that a file beside the zone does not replace the page
+    let inside = 0;
+    addEventListener("dragover", event => event.preventDefault());
+    addEventListener("dragenter", () => drop.classList.toggle("over", (inside += 1) > 0));
+    addEventListener("dragleave", () => drop.classList.toggle("over", (inside -= 1) > 0));
+    addEventListener("drop", event => {
+        event.preventDefault();
+        inside = 0;
+        drop.classList.remove("over");
+        take([...event.dataTransfer.files]);
+    });
+
+    async function take(files) {
+        fault(wrong, "");
+        try {
+            for (const file of files) {
+                if (file.size > LARGEST) throw new Error(`${file.name} is larger than 64 MB`);
+                await engine.putFile(plain(file.name), new Uint8Array(await file.arrayBuffer()));
+            }
+            await read();
+        } catch (error) {
+            fault(wrong, error.message);
+        }
+    }
+
+    async function read() {
+        const { answer } = await engine.ask({ ask: "files" });
+        const before = new Set(known.map(file => file.file));
+        known = answer.files;
+        on.changed(
+            known,
+            known.filter(file => !before.has(file.file)).map(file => file.file),
+        );
+    }
+
+    async function remove(name) {
+        fault(wrong, "");
+        try {
+            on.removed(name);
+            await engine.removeFile(name);
+            await read();
+            choose.focus();
+        } catch (error) {
+            fault(wrong, error.message);
+        }
+    }
+
+    function card(file, state) {
+        const title = element("h3", {}, file.file);
+        const away = element(
+            "button",
+            { type: "button", class: "small", onclick: () => remove(file.file) },
+            "Remove",
+        );
+        away.setAttribute("aria-label", `Remove ${file.file}`);
+        const parts = [element("div", { class: "top" }, title, away), line(size(file), "soft")];
+        const sketches = [
+            file.profile && profileSketch(file.profile, `Altitude along ${file.file}`),
+            file.map && mapSketch(file.map, `Way of ${file.file} on the map`),
+        ].filter(Boolean);
+        if (sketches.length) parts.push(element("div", { class: "sketches" }, ...sketches));
+        if (file.reason) parts.push(line(file.reason, "warning"));
+        const count = file.warnings.length;
+        if (count + file.told.length > 0) {
+            const warned =
+                count === 0 ? "" : count === 1 ? ", and a warning" : `, and ${count} warnings`;
+            parts.push(
+                element(
+                    "details",
+                    {},
+                    element("summary", {}, `What was read${warned}`),
+                    element("ul", {}, ...file.told.map(text => element("li", {}, text))),
+                    ...file.warnings.map(text => line(text, "warning soft")),
+                ),
+            );
+        }
+        if (file.route) parts.push(drive(file, state.routes[file.file]));
+        if (file.kind === "totals") parts.push(calibration(file));
+        return element("article", { class: "file" }, ...parts);
+    }
+
+    function size(file) {
+        const length = file.length_m ? `, ${rounded(file.length_m / 1000)} km` : "";
+        const climb = file.climb_m ? `, climbs ${grouped(Math.round(file.climb_m))} m` : "";
+        return `${file.words}${length}${climb}`;
+    }
+
+    function drive(file, route) {
+        const use = element("input", {
+            type: "checkbox",
+            checked: route?.use ?? false,
+            onchange: () => on.route(file.file, { use: use.checked }),
+        });
+        const weight = element("input", {
+            type: "number",
+            min: "0.1",
+            step: "1",
+            value: String(route?.weight ?? 1),
+            inputmode: "decimal",
+            oninput: () => {
+                const value = Number(weight.value);
+                if (value > 0) on.route(file.file, { weight: value });
+            },
+        });
+        return element(
+            "div",
+            { class: "drive" },
+            element("label", {}, use, "Drive it"),
+            element("label", {}, "as often as", weight),
+        );
+    }
+
+    function calibration(file) {
+        const told = element("div", { role: "status" }, ...(calibrated.get(file.file) ?? []));
+        const press = job(
+            "Calibrate to this table",
+            options => on.calibrate(file.file, options),
+            read,
+        );
+        return element(
+            "div",
+            {},
+            press.node,
+            line(
+                "Half a minute: judged numbers " +
+                    "of the study are moved until it takes what the table says.",
+                "soft",
+            ),
+            told,
+        );
+    }
+
+    const calibrated = new Map();
+    return {
+        get files() {
+            return known;
+        },
+        read,
+        // What a calibration has told, below its table.
+        tell(name, nodes) {
+            calibrated.set(name, nodes);
+        },
+        show(state) {
+            list.replaceChildren(...known.map(file => card(file, state)));
+        },
+    };
+}

@@ -1,0 +1,98 @@
+// Keeps the answer up with the planner: a first look while a slider moves, then all trips.
+import { isAbort } from "./dom.js";
+import { lookQuestion, runQuestion, tripsAYear } from "./study.js";
+
+// Trips of the first looks; a later one only where the whole is much longer.
+const FIRST = { native: 100, tab: 60 };
+const SECOND = 1000;
+// How long a change has to stand before all trips are driven, and a look may take, in ms.
+const SETTLED = 250;
+const LONGEST_LOOK = 1500;
+
+const wait = (ms, signal) =>
+    new Promise((done, failed) => {
+        const timer = setTimeout(done, ms);
+        signal.addEventListener(
+            "abort",
+            () => {
+                clearTimeout(timer);
+                failed(new DOMException("", "AbortError"));
+            },
+            { once: true },
+        );
+    });
+
+// `on`: {ownOf(state) -> promise of values, look(message, look), progress({done, total}), final(message,
+// question, state), begun(), failed(reason)}
+export function live(engine, on) {
+    let newest = null;
+    let looking = null;
+    let driving = null;
+
+    function change(state) {
+        newest = state;
+        driving?.abort();
+        driving = null;
+        on.begun();
+        if (!looking) next();
+        else if (performance.now() - looking.since > LONGEST_LOOK) looking.control.abort();
+    }
+
+    // One look at a time: while it is on its way newer changes wait, the last of them counts.
+    async function next() {
+        while (newest) {
+            const state = newest;
+            newest = null;
+            looking = { since: performance.now(), control: new AbortController() };
+            try {
+                const own = await on.ownOf(state);
+                const look = await ask(
+                    state,
+                    own,
+                    FIRST[engine.kind] ?? 60,
+                    looking.control.signal,
+                );
+                if (look) on.look(...look);
+                if (!newest) drive(state, own);
+            } catch (error) {
+                if (!isAbort(error) && !newest) on.failed(error.message);
+            }
+        }
+        looking = null;
+    }
+
+    async function ask(state, own, wanted, signal) {
+        const { question, trips, scale } = lookQuestion(state, own, wanted);
+        const of = state.trucks * tripsAYear(state, own);
+        if (trips * 2 > of) return null;
+        return [await engine.ask(question, { signal }), { trips, of, scale }, state];
+    }
+
+    async function drive(state, own) {
+        const control = new AbortController();
+        driving = control;
+        const { signal } = control;
+        try {
+            await wait(SETTLED, signal);
+            if (state.trucks * tripsAYear(state, own) > 4 * SECOND) {
+                const look = await ask(state, own, SECOND, signal);
+                if (look && !signal.aborted) on.look(...look);
+            }
+            const question = runQuestion(state, own);
+            const onProgress = message => signal.aborted || on.progress(message);
+            const message = await engine.ask(question, { signal, onProgress });
+            if (!signal.aborted) on.final(message, question, state, own);
+        } catch (error) {
+            if (!isAbort(error) && !signal.aborted) on.failed(error.message);
+        } finally {
+            if (driving === control) driving = null;
+        }
+    }
+
+    return {
+        change,
+        get busy() {
+            return Boolean(looking || driving);
+        },
+    };
+}

@@ -1,0 +1,340 @@
+"""Go through a planner's afternoon on the page in Chromium; see ``scripts/check-page --help``."""
+
+import argparse
+import json
+import re
+import shlex
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tab import Tab
+
+from browser import chromium
+
+ROOT = Path(__file__).resolve().parents[2]
+EXPORT = ROOT / "docs" / "src" / "tutorial" / "export"
+TRACKS = [EXPORT / "tracks" / f"2024-01-{name}.gpx" for name in ("04-023", "04-138", "06-161")]
+WIDTHS = (1280, 390)
+CHANGES = 200
+MEASURED = 25
+# what JavaScript may hold more behind so many changes, in bytes
+MOST_GROWTH = 3_000_000
+# how soon the first number stands after a change, in s: median and longest
+SOON = (0.3, 1.0)
+
+DONE = "document.getElementById('state').textContent.startsWith('All')"
+COMPARED = "document.querySelectorAll('#compare table').length > 2"
+# the numbers of the page as the terminal prints them
+TOTALS = """[...document.querySelectorAll('#totals > div')].map(card => {
+    const [, number, half] = [card, card.querySelector('b'), card.querySelector('.soft')];
+    const unit = number.textContent.replace(/^[\\d,.-]+ /, '');
+    const name = card.firstChild.textContent;
+    const width = half.textContent === '' ? '' : ' ' + half.textContent.replace(` ${unit}`, '');
+    return name.padEnd(11) + ' ' + number.textContent.replace(` ${unit}`, '') + width + ' ' + unit;
+})"""
+ROWS = """[...document.querySelectorAll('#parts tbody tr, #tables tbody tr')]
+    .map(row => [...row.cells].map(cell => cell.textContent).join(' '))"""
+AXE = """axe.run().then(answer => answer.violations
+    .filter(rule => ["serious", "critical"].includes(rule.impact))
+    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), ${rule.nodes[0].html.slice(0, 100)}`))"""
+CONTROLS = """[...document.querySelectorAll(
+    'a[href], button, input, select, textarea, summary, [tabindex="0"]')]
+    .filter(e => !e.disabled && e.tabIndex >= 0 && e.checkVisibility({visibilityProperty: true}))"""
+NAMED = "e => e.id || e.getAttribute('aria-label') || e.textContent.trim().slice(0, 40) || e.tagName"
+# Moves a slider and gives the time until the totals are other ones, in ms.
+MOVE = """(value => new Promise((done, failed) => {
+    const slider = document.querySelector('input[type="range"][aria-label^="Air drag"]');
+    const begun = performance.now();
+    const late = setTimeout(() => { seen.disconnect(); failed(new Error('no number within 10 s')); }, 10000);
+    const seen = new MutationObserver(() => {
+        clearTimeout(late);
+        seen.disconnect();
+        done(performance.now() - begun);
+    });
+    seen.observe(document.getElementById('totals'), {childList: true});
+    slider.value = value;
+    slider.dispatchEvent(new Event('input', {bubbles: true}));
+}))"""
+
+
+class Served:
+    """A program that serves the page, as a context manager."""
+
+    def __init__(self, ocmc, folder):
+        command = [ocmc, "page", "--no-open"]
+        self._process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
+        self.address = None
+        for line in self._process.stdout:
+            found = re.search(r"http://127\.0\.0\.1:\d+/\S*", line)
+            if found:
+                self.address = found.group()
+                break
+        if self.address is None:
+            sys.exit("`ocmc page --no-open` has printed no address")
+
+    def __enter__(self):
+        """Give itself."""
+        return self
+
+    def __exit__(self, *_):
+        """End the program."""
+        self._process.terminate()
+        self._process.wait()
+
+
+class Check:
+    """What one pass over the page finds."""
+
+    def __init__(self, tab, ocmc, options, folder):
+        self.tab, self.ocmc, self.options, self.folder = tab, ocmc, options, folder
+        self.width = None
+        self.faults = []
+        self.told = []
+
+    def fault(self, words):
+        """Keep what is wrong."""
+        self.faults.append(words)
+        print(f"{self.width} px: {words}", flush=True)
+
+    def looks(self, step):
+        """Look at the page as it stands: its width, axe, pictures."""
+        for dark in (False, True):
+            how = "dark" if dark else "light"
+            self.tab.size(self.width, 900, dark=dark)
+            over = self.tab.value("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+            if over > 0:
+                self.fault(f"{step}: the page is {over} px wider than the screen")
+            if self.options.axe:
+                self.tab.value(self.options.axe.read_text(encoding="utf-8"))
+                for rule in self.tab.value(AXE):
+                    self.fault(f"{step}, {how}: axe {rule}")
+            if self.options.pictures:
+                self.options.pictures.mkdir(parents=True, exist_ok=True)
+                path = self.options.pictures / f"{step}-{self.width}-{how}.png"
+                self.tab.whole_picture(path, self.width, dark=dark)
+        self.tab.size(self.width, 900)
+
+    def opens(self, address):
+        """Open the page without files and wait for its first numbers."""
+        tab = self.tab
+        tab.visit(address)
+        first = tab.until("document.querySelector('#totals b')")
+        self.told.append(f"first number {first:.2f} s after the page")
+        while tab.value("document.querySelectorAll('.file').length") > 0:
+            tab.click(".file .top button")
+            time.sleep(0.3)
+        tab.until(DONE)
+        self.looks("1-opened")
+
+    def afternoon(self, work):
+        """Drop files, ask, save, compare, look at a trip."""
+        tab = self.tab
+        tab.give("#choose", [*TRACKS, EXPORT / "trips.xlsx"])
+        tab.until("document.querySelectorAll('.file').length === 4")
+        for reason in tab.value("[...document.querySelectorAll('.file > .warning')].map(e => e.textContent)"):
+            self.fault(f"a file is not taken: {reason}")
+        if tab.value("document.querySelectorAll('.file svg').length") < 2 * len(TRACKS):
+            self.fault("a track has no sketch")
+        self.settled()
+        self.looks("2-files")
+        self.same_numbers(work)
+        tab.click("#electric")
+        time.sleep(0.3)
+        tab.until(f"{DONE} && {COMPARED}")
+        if tab.value("document.getElementById('range-section').hidden"):
+            self.fault("battery trucks are not asked how far they come")
+        else:
+            tab.click("#range-press button")
+            tab.until("document.querySelector('#range p')")
+        tab.click("#trip-form button[type=submit]")
+        tab.until("document.querySelectorAll('#trip canvas').length > 2")
+        self.settled()
+        self.looks("3-compared")
+        self.same_numbers(work / "electric")
+
+    def settled(self):
+        """Wait until all trips are driven of what was asked last."""
+        time.sleep(0.5)
+        self.tab.until(DONE)
+
+    def same_numbers(self, work):
+        """Save the study, run the command beside it, and compare what both print."""
+        tab = self.tab
+        work.mkdir(parents=True)
+        tab.keep_downloads(work)
+        tab.click("#save-study")
+        command = tab.value("document.getElementById('command').textContent")
+        program, *arguments = shlex.split(command)
+        study = work / arguments[arguments.index("--study") + 1]
+        until = time.monotonic() + 20
+        while not study.exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        if not study.exists():
+            self.fault("the study file does not come")
+            return
+        for track in TRACKS:
+            shutil.copy(track, work)
+        done = subprocess.run([self.ocmc, *arguments], cwd=work, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            self.fault(f"{program} {shlex.join(arguments)}: {done.stderr.strip()}")
+            return
+        printed = {" ".join(line.split()) for line in done.stdout.splitlines()}
+        tab.value("document.getElementById('all-trips').open = true")
+        shown = [" ".join(line.split()) for line in tab.value(f"[...{TOTALS}, ...{ROWS}]")]
+        missing = [line for line in shown if line not in printed]
+        if missing or len(shown) < 20:
+            self.fault(f"{len(missing)} of {len(shown)} lines are not those of the command: {missing[:3]}")
+        self.told.append(f"{len(shown)} lines of numbers as of the command")
+
+    def keys(self):
+        """Reach every control by the Tab key alone, each with a visible focus."""
+        tab = self.tab
+        # the trip is asked again behind the answer
+        time.sleep(2.0)
+        tab.value("document.querySelectorAll('details').forEach(e => { e.open = false; })")
+        tab.value("document.activeElement.blur(), scrollTo(0, 0), getSelection().removeAllRanges()")
+        count = tab.value(f"window.toReach = {CONTROLS}, window.toReach.length")
+        tab.value("window.reached = new Set(), window.unseen = []")
+        # twice around, for the keys begin where the page was used last
+        for _ in range(2 * count + 10):
+            tab.key("Tab", "Tab", 9)
+            reached = tab.value(
+                """(() => {
+                    const e = document.activeElement;
+                    if (!e || e === document.body) return window.reached.size;
+                    window.reached.add(e);
+                    const style = getComputedStyle(e);
+                    if (style.outlineStyle === 'none' && style.boxShadow === 'none') window.unseen.push(e);
+                    return window.reached.size;
+                })()"""
+            )
+            if reached >= count:
+                break
+        for name in tab.value(f"window.toReach.filter(e => !window.reached.has(e)).map({NAMED})"):
+            self.fault(f"Tab does not reach {name!r}")
+        for name in tab.value(f"window.unseen.map({NAMED})"):
+            self.fault(f"{name!r} does not show that it has the focus")
+        self.told.append(f"{count} controls by Tab")
+
+    def speed(self):
+        """Measure how soon a slider moves the number."""
+        times = []
+        for k in range(MEASURED):
+            times.append(self.tab.value(f"{MOVE}({-20 + k})") / 1000.0)
+            time.sleep(0.4)
+        median, longest = statistics.median(times), max(times)
+        self.told.append(f"number after a change: median {median:.2f} s, longest {longest:.2f} s")
+        if median > SOON[0] or longest > SOON[1]:
+            self.fault(f"the number comes {median:.2f} s after a change in the median, {longest:.2f} s at most")
+
+    def memory(self):
+        """Measure what many changes leave behind."""
+        def move(count):
+            for k in range(count):
+                self.tab.value(f"{MOVE}({-20 + k % 40})")
+        move(30)
+        self.settled()
+        before, nodes = self.tab.heap(), self.tab.value("document.querySelectorAll('*').length")
+        move(CHANGES)
+        self.settled()
+        growth = self.tab.heap() - before
+        more = self.tab.value("document.querySelectorAll('*').length") - nodes
+        self.told.append(f"{growth / 1e6:+.2f} MB and {more:+d} elements behind {CHANGES} changes")
+        if growth > MOST_GROWTH or more > 200:
+            self.fault(f"{CHANGES} changes leave {growth / 1e6:.1f} MB and {more} elements")
+
+    def calibrates(self):
+        """Calibrate to the table of trips, and go on with that study."""
+        tab = self.tab
+        press = "[...document.querySelectorAll('.file button')].find(e => e.textContent.startsWith('Calibrate'))"
+        tab.value(f"{press}.click()")
+        took = tab.until("[...document.querySelectorAll('option')].some(e => e.value.startsWith('calibrated-'))")
+        self.settled()
+        if not tab.value("document.querySelector('#trucks select').value").startswith("calibrated-"):
+            self.fault("the trucks do not start from the calibrated study")
+        self.told.append(f"calibrated in {took:.0f} s")
+        self.looks("4-calibrated")
+
+    def refuses(self):
+        """Show what the engine refuses, in its own words, and come back from it."""
+        tab = self.tab
+        tab.value(
+            """(() => {
+                const field = [...document.querySelectorAll('label')]
+                    .find(e => e.textContent === 'Speed limiter').control;
+                field.value = '1';
+                field.dispatchEvent(new Event('input', {bubbles: true}));
+            })()"""
+        )
+        tab.until("document.querySelector('#answer-fault .warning')")
+        words = tab.value("document.getElementById('answer-fault').textContent")
+        if "limiter_speed_mps" not in words:
+            self.fault(f"the refusal does not name the key: {words}")
+        tab.value("[...document.querySelectorAll('#trucks button')].at(-1).click()")
+        self.settled()
+        if tab.value("document.querySelector('#answer-fault .warning')"):
+            self.fault("the refusal stays when its cause is gone")
+
+    def clean(self, address):
+        """Look at what was logged, and whom the page asked."""
+        for words in self.tab.logged:
+            self.fault(f"console: {words}")
+        own = re.match(r"https?://[^/]+", address).group()
+        for asked in sorted(set(self.tab.asked)):
+            if not asked.startswith((own, "data:", "blob:")):
+                self.fault(f"the page asks {asked}")
+
+
+def main():
+    """Print each fault, and end with status 1 where there is one."""
+    parser = argparse.ArgumentParser(
+        prog="scripts/check-page",
+        description="Goes through a planner's afternoon on the page of `ocmc page`, in Chromium at "
+        f"{' and '.join(map(str, WIDTHS))} px: tracks and a table of trips, forty trucks, battery trucks "
+        "instead, a trip, the saved study run by the command that the page shows, to the last digit.",
+    )
+    parser.add_argument("ocmc", help="the program")
+    parser.add_argument("--axe", type=Path, help="axe.min.js of axe-core: its serious rules, too")
+    parser.add_argument("--slow", action="store_true", help="calibrate to the table, too: half a minute")
+    parser.add_argument("--pictures", type=Path, help="where pictures of the whole page go")
+    parser.add_argument("--json", type=Path, help="where what was measured goes")
+    options = parser.parse_args()
+    program = chromium()
+    if program is None:
+        print("skipped: no Chromium is installed")
+        return
+    ocmc = str(Path(options.ocmc).resolve())
+    begun, faults, told = time.monotonic(), [], {}
+    with tempfile.TemporaryDirectory(prefix="page-") as name, Served(ocmc, name) as served:
+        for width in WIDTHS:
+            with Tab(program) as tab:
+                tab.size(width, 900)
+                check = Check(tab, ocmc, options, Path(name))
+                check.width = width
+                check.opens(served.address)
+                check.afternoon(Path(name) / str(width))
+                check.refuses()
+                check.keys()
+                if width == WIDTHS[0]:
+                    check.speed()
+                    check.memory()
+                    if options.slow:
+                        check.calibrates()
+                check.clean(served.address)
+                faults += check.faults
+                told[width] = check.told
+                print(f"{width} px: " + "; ".join(check.told), flush=True)
+    if options.json:
+        options.json.write_text(json.dumps({"faults": faults, "told": told}, indent=1), encoding="utf-8")
+    rules = "with axe" if options.axe else "axe skipped: --axe names no axe.min.js"
+    print(f"page, {rules}: {len(faults)} faults, {time.monotonic() - begun:.0f} s")
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()
