@@ -55,10 +55,25 @@ async function save(kind, question) {
     return response.blob();
 }
 
-export const open = async () => ({
+// Holds a connection open for as long as the tab is there: `ocmc page` ends when none is left.
+async function stay() {
+    try {
+        const reader = (await fetch("alive")).body.getReader();
+        while (!(await reader.read()).done);
+    } catch {
+        // the program has ended: the next question says so
+    }
+}
+
+export const open = async () => {
+    stay();
+    return engine;
+};
+
+const engine = {
     kind: "native",
     ask,
     putFile: (name, bytes) => file("PUT", name, bytes),
     removeFile: name => file("DELETE", name),
     save,
-});
+};

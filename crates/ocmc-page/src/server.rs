@@ -174,7 +174,7 @@ fn answer(
         }
         ("GET", _) => {
             let asset = assets::find(&path).ok_or(Refusal(404, "no such page"))?;
-            connection.answer(200, asset.kind, asset.bytes);
+            connection.answer(200, asset.kind, &asset.served());
         }
         ("PUT", ("files", name)) => {
             let body = connection.read_body(request)?;
@@ -190,7 +190,7 @@ fn answer(
             let _ = connection.begin(200, LINES);
             converse(session, connection, &question);
         }
-        ("POST", ("save", name @ ("report.html" | "fleet.xlsx"))) => {
+        ("POST", ("save", name @ ("report.html" | "fleet.xlsx" | "study.toml"))) => {
             let question = connection.read_body(request)?;
             let saved = session.save(name, &question, &mut || connection.is_closed());
             match saved {

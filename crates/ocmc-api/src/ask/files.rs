@@ -123,7 +123,9 @@ pub struct RouteEntry {
 ///
 /// # Errors
 /// [`Error::Study`] where a name leads out of where files may be read.
-pub(super) fn accounted(names: &[String], files: &Files) -> Result<FilesAnswer, Error> {
+pub(super) fn accounted(names: Option<&[String]>, files: &Files) -> Result<FilesAnswer, Error> {
+    let all = names.is_none().then(|| files.names()).transpose()?;
+    let names = names.or(all.as_deref()).unwrap_or_default();
     let one = |name: &String| Ok(of_file(name, &files.path_of("files", name)?, files));
     Ok(FilesAnswer { files: names.iter().map(one).collect::<Result<_, Error>>()? })
 }

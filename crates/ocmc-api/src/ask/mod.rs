@@ -40,8 +40,7 @@ pub use question::{
 };
 pub use schema::ask_schema;
 use std::path::{Path, PathBuf};
-pub use study::StudyAnswer;
-use study::said;
+pub use study::{StudyAnswer, said};
 pub use trip::TripAnswer;
 use trip::trip;
 
@@ -149,7 +148,9 @@ pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Er
             let request = BoundRequest { study: &named(study)?.1, plan: planned(plan)? };
             AskAnswer::Bound(bound(&request, watch)?)
         }
-        Ask::Files(AskFiles { files: names }) => AskAnswer::Files(accounted(names, files)?),
+        Ask::Files(AskFiles { files: names }) => {
+            AskAnswer::Files(accounted(names.as_deref(), files)?)
+        }
         Ask::Study(AskSaid { study, against }) => {
             AskAnswer::Study(said(study, against.as_ref(), files)?)
         }

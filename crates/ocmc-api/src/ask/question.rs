@@ -250,8 +250,9 @@ pub struct AskSize {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AskFiles {
-    /// Their names.
-    pub files: Vec<String>,
+    /// Their names; all of the folder that the program runs in by default.
+    #[serde(default)]
+    pub files: Option<Vec<String>>,
 }
 
 /// A study, and perhaps another one that it is compared with.

@@ -31,7 +31,7 @@ pub struct StudyAnswer {
 ///
 /// # Errors
 /// [`Error::Study`] where one of them is none.
-pub(super) fn said(
+pub fn said(
     study: &AskedStudy,
     against: Option<&AskedStudy>,
     files: &Files,

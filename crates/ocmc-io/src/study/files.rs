@@ -97,6 +97,24 @@ impl Files {
         Ok(self.path(key, name)?)
     }
 
+    /// Names of the files in the folder, in order; hidden ones and folders are left out.
+    ///
+    /// # Errors
+    /// [`StudyFileError`] where no file may be read, or the folder cannot be.
+    pub fn names(&self) -> Result<Vec<String>, StudyFileError> {
+        let (Self::In(folder, _) | Self::Within(folder)) = self else {
+            return Err(Fault::new(Cause::FileRefused("files".to_owned())).into());
+        };
+        let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let entries = std::fs::read_dir(here)
+            .map_err(|error| Fault::new(Cause::File(format!("`{}`: {error}", here.display()))))?;
+        let files = entries.flatten().filter(|entry| entry.path().is_file());
+        let names = files.filter_map(|entry| entry.file_name().into_string().ok());
+        let mut names: Vec<String> = names.filter(|name| !name.starts_with('.')).collect();
+        names.sort();
+        Ok(names)
+    }
+
     /// The path of a file that a key names.
     pub(super) fn path(&self, key: &str, name: impl AsRef<Path>) -> Result<PathBuf, Box<Fault>> {
         match self {
