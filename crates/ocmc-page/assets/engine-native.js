@@ -14,18 +14,22 @@ async function reach(address, options) {
     }
 }
 
-// Lines of a streamed answer.
-async function* lines(response) {
-    const decoder = new TextDecoder();
-    const reader = response.body.getReader();
-    let rest = "";
+async function* pieces(response) {
+    const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
     for (;;) {
         const { value, done } = await reader.read();
-        rest += done ? decoder.decode() : decoder.decode(value, { stream: true });
-        const whole = rest.split("\n");
+        if (done) return;
+        yield value;
+    }
+}
+
+// Messages of a streamed answer, one a line.
+async function* messages(response) {
+    let rest = "";
+    for await (const piece of pieces(response)) {
+        const whole = (rest + piece).split("\n");
         rest = whole.pop();
         for (const line of whole) if (line.trim()) yield JSON.parse(line);
-        if (done) break;
     }
     if (rest.trim()) yield JSON.parse(rest);
 }
@@ -34,7 +38,7 @@ async function ask(question, { signal, onProgress } = {}) {
     const body = JSON.stringify(question);
     const response = await reach("ask", { method: "POST", body, signal });
     if (!response.ok) throw await reasonOf(response);
-    for await (const message of lines(response)) {
+    for await (const message of messages(response)) {
         if (message.message === "progress") onProgress?.(message);
         else if (message.message === "answer") return message;
         else if (message.message === "refused") throw new Error(message.reason);
@@ -48,32 +52,33 @@ async function file(method, name, body) {
     if (!response.ok) throw await reasonOf(response);
 }
 
+// The program ends when no page holds this open any more.
+async function stay() {
+    try {
+        for await (const _ of pieces(await fetch("alive"))) continue;
+    } catch {
+        // what is asked next says so
+    }
+}
+
 async function save(kind, question) {
+    if (kind === "study.toml") {
+        const { answer } = await ask({ ask: "study", study: question.study });
+        return new Blob([answer.toml], { type: "application/toml" });
+    }
     const body = JSON.stringify(question);
     const response = await reach(`save/${kind}`, { method: "POST", body });
     if (!response.ok) throw await reasonOf(response);
     return response.blob();
 }
 
-// Holds a connection open for as long as the tab is there: `ocmc page` ends when none is left.
-async function stay() {
-    try {
-        const reader = (await fetch("alive")).body.getReader();
-        while (!(await reader.read()).done);
-    } catch {
-        // the program has ended: the next question says so
-    }
-}
-
-export const open = async () => {
+export async function open() {
     stay();
-    return engine;
-};
-
-const engine = {
-    kind: "native",
-    ask,
-    putFile: (name, bytes) => file("PUT", name, bytes),
-    removeFile: name => file("DELETE", name),
-    save,
-};
+    return {
+        kind: "native",
+        ask,
+        putFile: (name, bytes) => file("PUT", name, bytes),
+        removeFile: name => file("DELETE", name),
+        save,
+    };
+}

@@ -50,14 +50,17 @@ export function filesPanel(engine, places, on) {
     async function read() {
         const { answer } = await engine.ask({ ask: "files" });
         const before = new Set(known.map(file => file.file));
+        const gone = known.length;
         known = answer.files;
         on.changed(
             known,
             known.filter(file => !before.has(file.file)).map(file => file.file),
+            gone,
         );
     }
 
-    async function remove(name) {
+    async function remove(name, button) {
+        button.disabled = true;
         fault(wrong, "");
         try {
             on.removed(name);
@@ -65,6 +68,7 @@ export function filesPanel(engine, places, on) {
             await read();
             choose.focus();
         } catch (error) {
+            button.disabled = false;
             fault(wrong, error.message);
         }
     }
@@ -73,7 +77,7 @@ export function filesPanel(engine, places, on) {
         const title = element("h3", {}, file.file);
         const away = element(
             "button",
-            { type: "button", class: "small", onclick: () => remove(file.file) },
+            { type: "button", class: "small", onclick: () => remove(file.file, away) },
             "Remove",
         );
         away.setAttribute("aria-label", `Remove ${file.file}`);
@@ -85,6 +89,8 @@ export function filesPanel(engine, places, on) {
         if (sketches.length) parts.push(element("div", { class: "sketches" }, ...sketches));
         if (file.reason) parts.push(line(file.reason, "warning"));
         const count = file.warnings.length;
+        // the card has its name
+        const told = text => text.replace(`\`${file.file}\`: `, "");
         if (count + file.told.length > 0) {
             const warned =
                 count === 0 ? "" : count === 1 ? ", and a warning" : `, and ${count} warnings`;
@@ -93,8 +99,8 @@ export function filesPanel(engine, places, on) {
                     "details",
                     {},
                     element("summary", {}, `What was read${warned}`),
-                    element("ul", {}, ...file.told.map(text => element("li", {}, text))),
-                    ...file.warnings.map(text => line(text, "warning soft")),
+                    element("ul", {}, ...file.told.map(text => element("li", {}, told(text)))),
+                    ...file.warnings.map(text => line(told(text), "warning soft")),
                 ),
             );
         }

@@ -210,7 +210,7 @@ export async function answerLoop(engine) {
         }
     });
 
-    function filesChanged(list, fresh) {
+    function filesChanged(list, fresh, gone) {
         known.clear();
         for (const file of list) {
             if (!file.route) continue;
@@ -233,7 +233,7 @@ export async function answerLoop(engine) {
                 limiterKmh: null,
             });
         files.show(state);
-        refresh();
+        if (list.length + gone > 0) refresh();
     }
 
     function fileRemoved(name) {
@@ -272,13 +272,12 @@ export async function answerLoop(engine) {
             ? "Everything stays on this computer; a reload forgets it."
             : "It runs in this tab: no file leaves it; a reload forgets it.";
     buttons();
-    showInputs();
-    // files of a page that was open before
+    refresh();
+    // files that the program was given, or that lay on the page before
     try {
         await files.read();
     } catch (error) {
         fault(byId("files-fault"), error.message);
-        refresh();
     }
 }
 

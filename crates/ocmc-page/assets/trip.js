@@ -177,12 +177,15 @@ function climb({ grade, position_m }) {
 
 // What is taken out of the store and what drives the wheels, in kW, mean of each row.
 function power(columns, column, add) {
-    const step = columns.step_s;
-    if (!step) return;
-    const over = name =>
-        column(name)?.map((value, k) =>
-            value === null || !(step[k] > 0) ? null : value / step[k] / 1000,
-        );
+    const { time_s: time } = columns;
+    // what a row adds, over the time since the row before
+    const over = name => {
+        const added = column(name);
+        return added?.map((value, k) => {
+            const took = time[k] - (time[k - 1] ?? 0);
+            return value === null || !(took > 0) ? null : value / took / 1000;
+        });
+    };
     const wheels = over("wheel_energy_added_j");
     const engine = over("crankshaft_work_added_j");
     const battery = column("battery_power_w")?.map(value => (value === null ? null : value / 1000));
