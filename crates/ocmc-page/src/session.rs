@@ -5,9 +5,9 @@ use crate::http::Refusal;
 use ocmc_api::ask::{Ask, AskRun, Message, ask, keep_run, said};
 use ocmc_api::study::Files;
 use ocmc_api::{Error, Progress, Reported, Watch, report, stored_workbook};
-use serde_json::Value;
 use std::collections::HashMap;
 use std::fs;
+use std::mem::{Discriminant, discriminant};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -20,6 +20,9 @@ const MOST_NAME: usize = 200;
 const MOST_FILES: usize = 500;
 const MOST_BYTES: u64 = 1 << 30;
 
+/// Kind of a question, and whether its answer is saved.
+type Kind = (Discriminant<Ask>, bool);
+
 /// The files of a person, and the questions under way.
 #[derive(Debug)]
 pub(crate) struct Session {
@@ -27,7 +30,7 @@ pub(crate) struct Session {
     /// Lengths of the files by their names.
     lengths: Mutex<HashMap<String, u64>>,
     /// Numbers of the newest question of each kind.
-    newest: Mutex<HashMap<String, u64>>,
+    newest: Mutex<HashMap<Kind, u64>>,
     asked: AtomicU64,
     ended: AtomicBool,
 }
@@ -126,7 +129,7 @@ impl Session {
                     ControlFlow::Continue(())
                 }
             };
-            let watch = &mut self.watched(kind_of(question), &mut look);
+            let watch = &mut self.watched((discriminant(&asked), false), &mut look);
             match ask(&asked, &Self::files(), watch) {
                 Ok(reply) => Message::Answer(Box::new(reply)),
                 Err(Error::Interrupted(progress)) => Message::Interrupted(progress),
@@ -139,11 +142,11 @@ impl Session {
     /// A watch that breaks where a newer question of the kind has come, or all are to end.
     fn watched<'a>(
         &'a self,
-        kind: String,
+        kind: Kind,
         look: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> impl FnMut(Progress) -> ControlFlow<()> + 'a {
         let own = self.asked.fetch_add(1, Ordering::Relaxed);
-        self.newest.lock().expect("nobody panics with it").insert(kind.clone(), own);
+        self.newest.lock().expect("nobody panics with it").insert(kind, own);
         move |progress| {
             let newest = self.newest.lock().expect("nobody panics with it")[&kind];
             if newest != own || self.is_ended() { ControlFlow::Break(()) } else { look(progress) }
@@ -160,12 +163,14 @@ impl Session {
         question: &[u8],
         is_gone: &mut dyn FnMut() -> bool,
     ) -> Result<Vec<u8>, String> {
-        let Ask::Run(asked) = question_of(question)? else {
+        let asked = question_of(question)?;
+        let kind = (discriminant(&asked), true);
+        let Ask::Run(asked) = asked else {
             return Err("a run is saved, and this is another question".to_owned());
         };
         let mut look =
             |_| if is_gone() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-        let watch = &mut self.watched(format!("save {name}"), &mut look);
+        let watch = &mut self.watched(kind, &mut look);
         saved(name, &asked, watch)
     }
 }
@@ -189,10 +194,4 @@ fn saved(name: &str, asked: &AskRun, watch: &mut Watch) -> Result<Vec<u8>, Strin
 
 fn question_of(text: &[u8]) -> Result<Ask, String> {
     serde_json::from_slice(text).map_err(|error| format!("no question: {error}"))
-}
-
-/// The kind of a question.
-fn kind_of(text: &[u8]) -> String {
-    let question: Value = serde_json::from_slice(text).unwrap_or_default();
-    question["ask"].as_str().unwrap_or_default().to_owned()
 }
