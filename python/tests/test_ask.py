@@ -117,6 +117,77 @@ def test_a_fleet_of_groups_is_a_run(schema):
     assert "fleet.group" in messages[-1]["reason"]
 
 
+EXPORT = SCHEMA.parents[1] / "tutorial" / "export"
+
+
+def answered(schema, question, folder):
+    """The answer of a question that is asked in a folder."""
+    of_schema(schema, "Ask").validate(question)
+    done = subprocess.run(
+        [*COMMAND, "ask"], input=json.dumps(question), capture_output=True, text=True, cwd=folder, check=True
+    )
+    messages = [json.loads(line) for line in done.stdout.splitlines()]
+    for message in messages:
+        of_schema(schema, "Message").validate(message)
+    assert messages[-1]["of"] == question["ask"]
+    return messages[-1]["answer"]
+
+
+def test_files_are_told_what_they_are(schema, tmp_path):
+    (tmp_path / "odd.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "mine.toml").write_text('[study]\nname = "mine"\nbase = "regional"\n')
+    (tmp_path / "wrong.toml").write_text('[study]\nname = "mine"\nbase = "regionall"\n')
+    rows = [f"{90 * k},{k},50" for k in range(11)]
+    (tmp_path / "route.csv").write_text("\n".join(["position_m,altitude_m,speed_limit_kmh", *rows]))
+    (tmp_path / "trips.xlsx").write_bytes((EXPORT / "trips.xlsx").read_bytes())
+    track = next(iter(sorted((EXPORT / "tracks").glob("*.gpx"))))
+    (tmp_path / "track.gpx").write_bytes(track.read_bytes())
+    files = {file["file"]: file for file in answered(schema, {"ask": "files"}, tmp_path)["files"]}
+    kinds = {name: file["kind"] for name, file in files.items()}
+    assert kinds == {
+        "mine.toml": "study",
+        "odd.csv": "unknown",
+        "route.csv": "route",
+        "track.gpx": "route",
+        "trips.xlsx": "totals",
+        "wrong.toml": "study",
+    }
+    assert {name for name, file in files.items() if file["reason"]} == {"odd.csv", "wrong.toml"}
+    assert files["route.csv"]["route"]["draw"] == ["stops", "curves"]
+    assert files["route.csv"]["length_m"] == pytest.approx(900)
+    assert files["route.csv"]["profile"]["altitude_m"][-1] == pytest.approx(10)
+    assert files["route.csv"]["map"] is None
+    track = files["track.gpx"]
+    assert set(track["route"]["draw"]) == {"stops", "limits"}
+    assert 2 < len(track["map"]["latitude_deg"]) <= 400
+    one = answered(schema, {"ask": "files", "files": ["track.gpx"]}, tmp_path)["files"]
+    assert one == [track]
+
+
+def test_a_study_is_told_with_its_text_and_its_differences(schema, tmp_path):
+    keys = {"study": {"name": "mine", "base": "regional"}, "vehicle": {"curb_mass_kg": 14000.0}}
+    question = {"ask": "study", "study": {"study": keys}, "against": "regional"}
+    told = answered(schema, question, tmp_path)
+    assert told["values"]["vehicle.curb_mass_kg"] == 14000
+    assert told["values"]["mission.payload_kg"]["distribution"]
+    assert "vehicle.curb_mass_kg" in [difference["key"] for difference in told["differences"]]
+    (tmp_path / "mine.toml").write_text(told["toml"])
+    again = answered(schema, {"ask": "study", "study": "mine.toml"}, tmp_path)
+    assert again["values"] == told["values"]
+
+
+def test_a_trip_is_that_of_trace(schema, tmp_path):
+    short = {"study": "field-truck", "set": [SHORT]}
+    trip = answered(schema, {"ask": "trip", "study": short, "cycle": 5, "seed": 3}, tmp_path)
+    command = [*COMMAND, "trace", "--cycle-id", "5", "--seed", "3", "--set", SHORT, "--json", "--quiet"]
+    trace = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    assert trip["columns"].keys() == trace.keys()
+    steps = len(trip["columns"]["time_s"])
+    assert steps == min(2000, len(trace["time_s"]))
+    assert trip["columns"]["position_m"][-1] == trace["position_m"][-1]
+    assert sum(trip["columns"]["fuel_added_kg"]) == pytest.approx(sum(trace["fuel_added_kg"]))
+
+
 @pytest.mark.parametrize(
     ("question", "words"),
     [
@@ -148,6 +219,8 @@ def test_no_files_are_read_for_strangers(tmp_path):
     question = {"ask": "run", "study": str(file), "plan": {"cycles": 3}}
     assert asked(question)[0].returncode == 0
     assert asked(question, "--no-files")[0].returncode == 1
+    assert asked({"ask": "files"}, "--no-files")[0].returncode == 1
+    assert asked({"ask": "files", "files": [str(file)]}, "--no-files")[0].returncode == 1
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
