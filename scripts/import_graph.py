@@ -26,6 +26,7 @@ CRATES = [
     "ocmc-page",
     "ocmc-cli",
     "ocmc-py",
+    "ocmc-tab",
 ]
 
 # Stages of the core from the bottom up; a room that is not listed has to be free of circles only.

@@ -1,6 +1,7 @@
 //! Work that is watched.
 
 use crate::error::Error;
+use ocmc_core::threads::CAN_START;
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -49,7 +50,7 @@ pub(crate) fn watched<T>(
 }
 
 /// Does work on another thread that says what is done and ends soon once its flag is set, and
-/// watches it from this one.
+/// watches it from this one; on this one where no thread can be started.
 pub(crate) fn aside<T: Send>(
     start: Progress,
     watch: &mut Watch,
@@ -60,6 +61,17 @@ pub(crate) fn aside<T: Send>(
     let mut ended = watch(progress);
     if ended.is_break() {
         return Err(Error::Interrupted(progress));
+    }
+    if !CAN_START {
+        let mut look = |count| {
+            progress.done = count as u64;
+            if ended.is_continue() {
+                ended = watch(progress);
+            }
+            stop.store(ended.is_break(), Ordering::Relaxed);
+        };
+        let answer = work(stop, &mut look);
+        return progress.ended(ended.map_continue(|()| answer));
     }
     let answer = thread::scope(|scope| {
         let (under_way, over) = mpsc::channel::<()>();

@@ -4,7 +4,12 @@
 //! Its token `S` proves that the CPU has the instructions. Plain IEEE operations, never a fused
 //! multiply-add: the bits do not depend on the CPU.
 
-use fearless_simd::{Level, f64x4, f64x8, mask64x8, prelude::*, u64x8};
+use fearless_simd::{Level, SimdInto, f64x4, f64x8, mask64x8, prelude::*, u64x8};
+
+#[cfg(target_arch = "wasm32")]
+mod wasm;
+#[cfg(target_arch = "wasm32")]
+use wasm::{larger, smaller};
 
 /// Trucks of one block.
 pub const WIDTH: usize = 8;
@@ -24,9 +29,15 @@ pub type Baseline = fearless_simd::x86::Sse2;
 /// The instructions that every CPU of the platform has.
 #[cfg(target_arch = "aarch64")]
 pub type Baseline = fearless_simd::aarch64::Neon;
+/// The instructions that every browser with vectors has.
+#[cfg(target_arch = "wasm32")]
+pub type Baseline = fearless_simd::wasm32::WasmSimd128;
 /// The instructions that every CPU of the platform has.
-#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")))]
 pub type Baseline = fearless_simd::Fallback;
+
+#[cfg(all(target_arch = "wasm32", not(target_feature = "simd128")))]
+compile_error!("eight trucks side by side need vectors: build with `-C target-feature=+simd128`");
 
 /// The token of these instructions. `dispatch!` would compile for all the others, too.
 #[inline(always)]
@@ -35,7 +46,9 @@ pub fn baseline() -> Baseline {
     let token = Level::baseline().as_sse2();
     #[cfg(target_arch = "aarch64")]
     let token = Level::baseline().as_neon();
-    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    #[cfg(target_arch = "wasm32")]
+    let token = Level::baseline().as_wasm_simd128();
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")))]
     let token = Some(Baseline::new());
     token.expect("what every CPU has")
 }
@@ -80,7 +93,42 @@ pub fn scheduling_barrier<S: Simd>(numbers: Lanes<S>) {
 /// Kept between two numbers.
 #[inline(always)]
 pub fn clip<S: Simd>(numbers: Lanes<S>, lower: f64, upper: f64) -> Lanes<S> {
-    numbers.max(lower).min(upper)
+    numbers.at_least(lower).at_most(upper)
+}
+
+/// Bounds of numbers: what `max` and `min` are, in one instruction on all platforms.
+pub trait Bounded<S: Simd>: Sized {
+    /// The larger one of each pair.
+    #[must_use]
+    fn at_least(self, lower: impl SimdInto<Self, S>) -> Self;
+
+    /// The smaller one of each pair.
+    #[must_use]
+    fn at_most(self, upper: impl SimdInto<Self, S>) -> Self;
+}
+
+impl<S: Simd> Bounded<S> for Lanes<S> {
+    #[inline(always)]
+    fn at_least(self, lower: impl SimdInto<Self, S>) -> Self {
+        larger(self, lower.simd_into(self.simd))
+    }
+
+    #[inline(always)]
+    fn at_most(self, upper: impl SimdInto<Self, S>) -> Self {
+        smaller(self, upper.simd_into(self.simd))
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+#[inline(always)]
+fn larger<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
+    a.max(b)
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+#[inline(always)]
+fn smaller<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
+    a.min(b)
 }
 
 /// Linear interpolation: the first number at share 0, the second one at share 1.
@@ -163,8 +211,8 @@ mod tests {
             a * b,
             a / b,
             -a,
-            a.min(b),
-            a.max(b),
+            a.at_most(b),
+            a.at_least(b),
             a.abs().sqrt(),
             clip(a, -1.0, 0.5),
             1.0 - a * 3.0 + 0.1,

@@ -334,16 +334,27 @@ pub fn compare<B>(
     quantity: Option<&NamedQuantity>,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Compared> {
-    let mut before = 0;
+    let mut driven = Vec::with_capacity(studies.len());
+    for (k, study) in (0..).zip(studies) {
+        driven.push(records(study, plan, |cycles| progress(k * plan.cycles + cycles))?);
+    }
+    compare_driven(studies, plan, quantity, driven, progress)
+}
+
+/// As [`compare`], of studies that have driven the plan.
+pub fn compare_driven<B>(
+    studies: &[&Study],
+    plan: &RunPlan,
+    quantity: Option<&NamedQuantity>,
+    driven: Vec<Vec<Record>>,
+    mut progress: impl FnMut(u64) -> ControlFlow<B>,
+) -> ControlFlow<B, Compared> {
+    let mut before = plan.cycles * studies.len() as u64;
     let mut drive = |study: &Study, plan: &RunPlan| {
         let driven = records(study, plan, |cycles| progress(before + cycles))?;
         before += plan.cycles;
         ControlFlow::Continue(driven)
     };
-    let mut driven = Vec::with_capacity(studies.len());
-    for study in studies {
-        driven.push(drive(study, plan)?);
-    }
     let fleets: Vec<&[Record]> = driven.iter().map(Vec::as_slice).collect();
     let quantity = quantity.unwrap_or_else(|| shared_consumption(&fleets));
     let mut effects = Vec::with_capacity(studies.len());

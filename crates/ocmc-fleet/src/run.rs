@@ -8,7 +8,7 @@ use ocmc_core::random::PickFreeze;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::SpeedProfile;
-use ocmc_core::threads::{STACK_BYTES, deep};
+use ocmc_core::threads::{CAN_START, STACK_BYTES, deep};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Which cycles to run, and on what. Only `seed`, `first_cycle`, `cycles` and `pick_freeze` decide
 /// the records.
@@ -132,40 +132,36 @@ pub type Ranges<'a> = &'a mut dyn Iterator<Item = Range<u64>>;
 pub fn run_with<B>(
     plan: &RunPlan,
     drive: &(dyn Fn(Ranges, &AtomicBool, Deliver) + Sync),
+    sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
+) -> ControlFlow<B> {
+    let plan = RunPlan { chunk: plan.chunk.max(1), threads: plan.threads.max(1), ..*plan };
+    if CAN_START { on_threads(&plan, drive, sink) } else { on_this_thread(&plan, drive, sink) }
+}
+
+fn on_threads<B>(
+    plan: &RunPlan,
+    drive: &(dyn Fn(Ranges, &AtomicBool, Deliver) + Sync),
     mut sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
-    let chunk = plan.chunk.max(1);
-    let length_of = |k: u64| chunk.min(plan.cycles - k * chunk);
-    let range_of = |k: u64| {
-        let first = plan.first_cycle + k * chunk;
-        first..first + length_of(k)
-    };
-    let chunks = plan.cycles.div_ceil(chunk);
     let next = AtomicU64::new(0);
     let stop = AtomicBool::new(false);
-    let threads = plan.threads.max(1);
-    let pool = pool(threads);
+    let pool = pool(plan.threads);
     // a slow sink holds the workers back, so that memory stays bounded
-    let (sender, receiver) = mpsc::sync_channel::<(u64, Vec<Record>)>(2 * threads);
+    let (sender, receiver) = mpsc::sync_channel::<(u64, Vec<Record>)>(2 * plan.threads);
     pool.in_place_scope(|scope| {
-        for _ in 0..threads {
+        for _ in 0..plan.threads {
             let sender = sender.clone();
             let (next, stop) = (&next, &stop);
             scope.spawn(move |_| {
                 let mut ranges = std::iter::from_fn(|| {
                     let k = next.fetch_add(1, Ordering::Relaxed);
-                    (k < chunks && !stop.load(Ordering::Relaxed)).then(|| range_of(k))
+                    plan.range_of(k).filter(|_| !stop.load(Ordering::Relaxed))
                 });
-                let mut begun = BTreeMap::<u64, Vec<Record>>::new();
+                let mut begun = Begun { plan, chunks: BTreeMap::new() };
                 let mut deliver = |record: Record| {
-                    let k = (record.cycle_id - plan.first_cycle) / chunk;
-                    let records = begun.entry(k).or_default();
-                    records.push(record);
-                    if records.len() as u64 == length_of(k) {
-                        let mut records = begun.remove(&k).expect("it is there");
-                        records.sort_by_key(|record| record.cycle_id);
+                    if let Some(whole) = begun.with(record) {
                         // whoever takes no more of them has set the flag
-                        let _ = sender.send((k, records));
+                        let _ = sender.send(whole);
                     }
                 };
                 drive(&mut ranges, stop, &mut deliver);
@@ -174,32 +170,100 @@ pub fn run_with<B>(
         drop(sender);
         // moved in here: it has to be gone before the scope waits for workers that wait to send
         let receiver = receiver;
-        let mut waiting = BTreeMap::new();
-        let mut due = 0;
+        let mut waiting = Waiting::default();
         loop {
             match receiver.recv_timeout(LONGEST_SILENCE) {
                 Ok((k, records)) => {
-                    waiting.insert(k, records);
+                    waiting.chunks.insert(k, records);
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return ControlFlow::Continue(()),
             }
-            let mut ended = ControlFlow::Continue(());
-            if !waiting.contains_key(&due) {
-                ended = sink(Vec::new());
-            }
-            while ended.is_continue()
-                && let Some(records) = waiting.remove(&due)
-            {
-                due += 1;
-                ended = sink(records);
-            }
+            let ended = waiting.give(&mut sink);
             if ended.is_break() {
                 stop.store(true, Ordering::Relaxed);
                 return ended;
             }
         }
     })
+}
+
+/// As [`run_with`] where no thread can be started: `sink` is called in between.
+fn on_this_thread<B>(
+    plan: &RunPlan,
+    drive: &(dyn Fn(Ranges, &AtomicBool, Deliver) + Sync),
+    mut sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
+) -> ControlFlow<B> {
+    let stop = AtomicBool::new(false);
+    let mut ranges =
+        (0..).map_while(|k| plan.range_of(k)).take_while(|_| !stop.load(Ordering::Relaxed));
+    let mut begun = Begun { plan, chunks: BTreeMap::new() };
+    let mut waiting = Waiting::default();
+    let mut ended = ControlFlow::Continue(());
+    let mut spoken = Instant::now();
+    let mut deliver = |record: Record| {
+        let whole = begun.with(record);
+        if ended.is_break() || whole.is_none() && spoken.elapsed() < LONGEST_SILENCE {
+            return;
+        }
+        waiting.chunks.extend(whole);
+        ended = waiting.give(&mut sink);
+        stop.store(ended.is_break(), Ordering::Relaxed);
+        spoken = Instant::now();
+    };
+    drive(&mut ranges, &stop, &mut deliver);
+    ended
+}
+
+impl RunPlan {
+    /// Cycles of the `k`-th chunk, where there is one.
+    fn range_of(&self, k: u64) -> Option<Range<u64>> {
+        let begin = k.checked_mul(self.chunk).filter(|begin| *begin < self.cycles)?;
+        let end = self.cycles.min(begin.saturating_add(self.chunk));
+        Some(self.first_cycle + begin..self.first_cycle + end)
+    }
+}
+
+/// Chunks of which a thread has driven some cycles.
+struct Begun<'a> {
+    plan: &'a RunPlan,
+    chunks: BTreeMap<u64, Vec<Record>>,
+}
+
+impl Begun<'_> {
+    /// Adds a record; the chunk and its number, where that was the last one of it.
+    fn with(&mut self, record: Record) -> Option<(u64, Vec<Record>)> {
+        let k = (record.cycle_id - self.plan.first_cycle) / self.plan.chunk;
+        let records = self.chunks.entry(k).or_default();
+        records.push(record);
+        let length = self.plan.range_of(k).map_or(0, |range| range.end - range.start);
+        (records.len() as u64 == length).then(|| {
+            let mut records = self.chunks.remove(&k).expect("it is there");
+            records.sort_by_key(|record| record.cycle_id);
+            (k, records)
+        })
+    }
+}
+
+/// Chunks that wait for those before them.
+#[derive(Default)]
+struct Waiting {
+    chunks: BTreeMap<u64, Vec<Record>>,
+    due: u64,
+}
+
+impl Waiting {
+    /// Gives the sink all chunks whose turn it is, or no records where none is there.
+    fn give<B>(&mut self, sink: &mut impl FnMut(Vec<Record>) -> ControlFlow<B>) -> ControlFlow<B> {
+        if !self.chunks.contains_key(&self.due) {
+            return sink(Vec::new());
+        }
+        while let Some(records) = self.chunks.remove(&self.due) {
+            self.due += 1;
+            sink(records)?;
+        }
+        ControlFlow::Continue(())
+    }
 }
 
 /// What `of` makes of each cycle of a plan, by its id and in order of the ids; it does not depend on
@@ -217,6 +281,19 @@ pub fn each<T: Send, B>(
         done.fetch_add(1, Ordering::Relaxed);
         found
     };
+    if !CAN_START {
+        let mut all = Vec::new();
+        let mut spoken = Instant::now();
+        for id in ids {
+            all.extend(one(id));
+            if spoken.elapsed() >= LONGEST_SILENCE {
+                progress(all.len() as u64)?;
+                spoken = Instant::now();
+            }
+        }
+        progress(all.len() as u64)?;
+        return ControlFlow::Continue(all);
+    }
     let (sender, receiver) = mpsc::channel();
     pool(plan.threads).in_place_scope(|scope| {
         scope.spawn(|_| {
@@ -290,4 +367,52 @@ fn again(study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
     let mut ids = cycle_ids.iter();
     let mut next = |_| ids.next().map(|id| LaneTask::new(study, study.sample(seed, *id)));
     drive_tasks(study, &mut next, CpuLevel::best())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::swap;
+
+    /// Records that come in pairs, the second one of each first.
+    fn swapped(ranges: Ranges, stop: &AtomicBool, deliver: Deliver) {
+        let mut ids = ranges.flatten().map(|cycle_id| Record { cycle_id, ..Record::default() });
+        while let Some(mut first) = ids.next().filter(|_| !stop.load(Ordering::Relaxed)) {
+            if let Some(mut second) = ids.next() {
+                swap(&mut first, &mut second);
+                deliver(second);
+            }
+            deliver(first);
+        }
+    }
+
+    #[test]
+    fn one_thread_gives_what_threads_give() {
+        for (cycles, chunk) in [(1, 1), (7, 3), (40, 4), (41, 100)] {
+            let plan = RunPlan::new(1, 5, cycles, Some(2), Some(chunk));
+            let (mut there, mut here) = (Vec::new(), Vec::new());
+            let of_threads = on_threads(&plan, &swapped, |records| {
+                there.extend(records.iter().map(|record| record.cycle_id));
+                ControlFlow::<()>::Continue(())
+            });
+            let of_one = on_this_thread(&plan, &swapped, |records| {
+                here.extend(records.iter().map(|record| record.cycle_id));
+                ControlFlow::<()>::Continue(())
+            });
+            assert!(of_threads.is_continue() && of_one.is_continue());
+            assert_eq!(here, (5..5 + cycles).collect::<Vec<_>>());
+            assert_eq!(here, there);
+        }
+    }
+
+    #[test]
+    fn one_thread_ends_where_the_sink_breaks() {
+        let plan = RunPlan::new(1, 0, 1_000_000, Some(1), Some(10));
+        let mut taken = 0;
+        let ended = on_this_thread(&plan, &swapped, |records| {
+            taken += records.len();
+            if taken >= 30 { ControlFlow::Break("enough") } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!((ended, taken), (ControlFlow::Break("enough"), 30));
+    }
 }

@@ -1,13 +1,11 @@
 //! Tables beside the records of a run, in the format of these: integers, numbers and words.
 
 use crate::file_error::FileError;
-use crate::records::parquet::{io_error, properties};
-use crate::records::{Compression, RecordFormat, RecordsError};
+use crate::records::{RecordFormat, RecordsError, parquet};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::{DataType, SchemaRef};
-use parquet::arrow::ArrowWriter;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -21,18 +19,14 @@ pub(crate) struct TableWriter {
 
 #[derive(Debug)]
 enum TableFile<W: Write + Send> {
-    Parquet(Box<ArrowWriter<W>>),
+    Parquet(parquet::TableFile<W>),
     Csv(BufWriter<W>),
 }
 
 impl<W: Write + Send> TableFile<W> {
     fn begin(out: W, format: RecordFormat, schema: SchemaRef) -> io::Result<Self> {
         match format {
-            RecordFormat::Parquet => {
-                ArrowWriter::try_new(out, schema, Some(properties(Compression::Zstd)))
-                    .map(|file| Self::Parquet(Box::new(file)))
-                    .map_err(io_error)
-            }
+            RecordFormat::Parquet => parquet::TableFile::begin(out, schema).map(Self::Parquet),
             RecordFormat::Csv => {
                 let mut file = BufWriter::new(out);
                 let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
@@ -44,14 +38,14 @@ impl<W: Write + Send> TableFile<W> {
 
     fn add(&mut self, batch: &RecordBatch) -> io::Result<()> {
         match self {
-            Self::Parquet(file) => file.write(batch).and_then(|()| file.flush()).map_err(io_error),
+            Self::Parquet(file) => file.add(batch),
             Self::Csv(file) => write_rows(file, batch),
         }
     }
 
     fn end(self) -> io::Result<W> {
         match self {
-            Self::Parquet(file) => file.into_inner().map_err(io_error),
+            Self::Parquet(file) => file.end(),
             Self::Csv(file) => Ok(file.into_inner()?),
         }
     }

@@ -4,6 +4,7 @@
 mod calibrated;
 mod files;
 mod message;
+pub mod part;
 mod question;
 mod schema;
 mod study;
@@ -12,7 +13,7 @@ mod trip;
 
 use crate::bound::{BoundRequest, bound};
 use crate::calibrate_totals::{CalibrateTotalsRequest, Noise, calibrate_totals};
-use crate::compare::{CompareRequest, compare};
+use crate::compare::{CompareRequest, compare_known};
 use crate::cost::{CostRequest, cost};
 use crate::doubt::{DoubtRequest, doubt};
 use crate::drive::GivenDrive;
@@ -22,8 +23,8 @@ use crate::precision::precision;
 use crate::progress::{Progress, Watch};
 use crate::range::{RangeRequest, range};
 use crate::run::{
-    Asked, CpuLevel, LAST_CYCLE_ID, MOST_THREADS, RecordFormat, RunAnswer, RunEnd, RunPlan,
-    RunRequest, run,
+    Asked, CpuLevel, LAST_CYCLE_ID, MOST_THREADS, Precision, RecordFormat, RunAnswer, RunEnd,
+    RunPlan, RunRequest, run_known,
 };
 use crate::sensitivity::{SensitivityRequest, sensitivity};
 use crate::size::{SizeRequest, size};
@@ -34,6 +35,7 @@ pub use calibrated::CalibratedAnswer;
 use files::accounted;
 pub use files::{AccountedFile, FileKind, FilesAnswer, RouteEntry, RouteMap, RouteProfile};
 pub use message::{AskAnswer, Message, Reply, VERSION};
+use ocmc_core::record::Record;
 pub use question::{
     Ask, AskCalibrateTotals, AskCompare, AskFiles, AskPair, AskPlan, AskRun, AskSaid,
     AskSensitivity, AskSize, AskStudy, AskSweep, AskTrip, AskedStudy, GivenStudy, StudySource,
@@ -64,6 +66,16 @@ const CYCLES: u64 = 1000;
 /// # Errors
 /// Those of the function that answers it, and of the study.
 pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Error> {
+    ask_known(question, files, None, watch)
+}
+
+/// As [`ask`], where the records of each study may be known.
+fn ask_known(
+    question: &Ask,
+    files: &Files,
+    known: Option<Vec<Vec<Record>>>,
+    watch: &mut Watch,
+) -> Result<Reply, Error> {
     let mut warnings = Vec::new();
     let mut of = |study: &AskedStudy| {
         let loaded = opened(study, files)?;
@@ -72,14 +84,14 @@ pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Er
     };
     let mut named = |study: &AskedStudy| Ok::<_, Error>((study.name(), of(study)?));
     let answer = match question {
-        Ask::Run(asked) => return run_of(asked, files, watch),
+        Ask::Run(asked) => return run_of(asked, files, known, watch),
         Ask::Compare(AskCompare { studies, plan, column }) => {
             let studies = studies.iter().map(&mut named).collect::<Result<Vec<_>, _>>()?;
             let lent = studies.iter().map(|(name, study)| (name.clone(), study)).collect();
             let plan = planned(plan)?;
             let request =
                 CompareRequest { studies: lent, plan, column: column.clone(), keep: false };
-            AskAnswer::Compare(compare(&request, watch)?)
+            AskAnswer::Compare(compare_known(&request, known, watch)?)
         }
         Ask::Sweep(AskSweep { study, points, against, plan, column }) => {
             let (fixed, points) = SweepPoints::of_settings(points)?;
@@ -177,11 +189,15 @@ pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Er
 }
 
 /// A run of a study, or of the groups of one.
-fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Error> {
+fn run_of(
+    asked: &AskRun,
+    files: &Files,
+    known: Option<Vec<Vec<Record>>>,
+    watch: &mut Watch,
+) -> Result<Reply, Error> {
     let AskRun { study, trucks, precision: end, plan } = asked;
     let AskPlan { cycles, seed, first_cycle, threads } = *plan;
-    let sets = study.set();
-    let loaded = match given(study, |given| Ok(open_all(given, files, sets)?))? {
+    let loaded = match of_run(study, files)? {
         Opened::Study(loaded) => loaded,
         Opened::Fleet(groups) => {
             for (key, is_there) in [
@@ -207,14 +223,15 @@ fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Err
             return Ok(Reply::new(warnings, AskAnswer::Fleet(answer)));
         }
     };
-    let answer = run_loaded(asked, &loaded, None, watch)?;
+    let known = known.and_then(|known| known.into_iter().next());
+    let answer = run_loaded(asked, &loaded, known, None, watch)?;
     Ok(Reply::new(loaded.warnings(), AskAnswer::Run(answer)))
 }
 
 /// Drives a run that was asked for, not one of groups, and keeps it in a directory.
 ///
 /// # Errors
-/// Those of [`run`], and of the study.
+/// Those of [`run`](crate::run::run), and of the study.
 pub fn keep_run(
     asked: &AskRun,
     files: &Files,
@@ -222,38 +239,54 @@ pub fn keep_run(
     watch: &mut Watch,
 ) -> Result<RunAnswer, Error> {
     let out = (directory.to_owned(), RecordFormat::Parquet);
-    run_loaded(asked, &opened(&asked.study, files)?, Some(out), watch)
+    run_loaded(asked, &opened(&asked.study, files)?, None, Some(out), watch)
 }
 
-/// Drives a run of a study.
+/// Drives a run of a study, unless its records are known.
 fn run_loaded(
     asked: &AskRun,
     loaded: &LoadedStudy,
+    known: Option<Vec<Record>>,
     out: Option<(PathBuf, RecordFormat)>,
     watch: &mut Watch,
 ) -> Result<RunAnswer, Error> {
-    let AskRun { trucks, precision: end, plan, .. } = asked;
-    let AskPlan { cycles, seed, first_cycle, threads } = *plan;
+    let end = &asked.precision;
     let wrong = |error| Error::Precision(format!("`precision`: {error}"));
-    let end = end.as_deref().map(|text| precision(text).map_err(wrong)).transpose()?;
-    let asked = Asked {
-        loaded: Some(loaded),
-        seed: Some(seed),
-        first_cycle: Some(first_cycle),
-        cycles,
-        trucks: *trucks,
-        precision: end,
-        ..Asked::default()
-    };
-    let plan = within(asked.plan(loaded, threads, None, CpuLevel::best()))?;
+    let precision = end.as_deref().map(|text| precision(text).map_err(wrong)).transpose()?;
+    let plan = planned_run(asked, loaded, precision.clone())?;
     let given = &GivenDrive::nothing();
-    let request = RunRequest { study: loaded, given, plan, precision: asked.precision, out };
-    let answer = run(&request, &mut |_| (), watch)?;
+    let request = RunRequest { study: loaded, given, plan, precision, out };
+    let answer = run_known(&request, known, &mut |_| (), watch)?;
     if answer.ended == RunEnd::Interrupted {
         let (done, total) = (answer.summary.summary.cycles, plan.cycles);
         return Err(Error::Interrupted(Progress { what: "cycles", done, total }));
     }
     Ok(answer)
+}
+
+/// The study of a run, or its groups.
+fn of_run(study: &AskedStudy, files: &Files) -> Result<Opened, Error> {
+    given(study, |given| Ok(open_all(given, files, study.set())?))
+}
+
+/// The cycles of a run, and on what they are driven.
+fn planned_run(
+    asked: &AskRun,
+    loaded: &LoadedStudy,
+    precision: Option<Precision>,
+) -> Result<RunPlan, Error> {
+    let AskPlan { cycles, seed, first_cycle, threads } = asked.plan;
+    let (seed, first_cycle, trucks) = (Some(seed), Some(first_cycle), asked.trucks);
+    let asked = Asked {
+        loaded: Some(loaded),
+        seed,
+        first_cycle,
+        cycles,
+        trucks,
+        precision,
+        ..Asked::default()
+    };
+    within(asked.plan(loaded, threads, None, CpuLevel::best()))
 }
 
 /// The study.

@@ -10,9 +10,10 @@ use crate::study_difference::beside_comparison;
 use crate::text::{decimals_for, effects, fact, took};
 use crate::watch::{Watch, watched};
 use files::{KeptRun, kept_runs};
+use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_fleet::comparison::{
-    AdjustedDifference, Compared, Comparison, compare as compare_fleets, cycles_of,
+    AdjustedDifference, Compared, Comparison, compare as compare_fleets, compare_driven, cycles_of,
 };
 use ocmc_fleet::cost_difference::CostDifference;
 use ocmc_fleet::quantity::{NamedQuantity, WHEEL, numeric_columns, quantity, quantity_of_column};
@@ -106,6 +107,15 @@ pub struct ComparedStudies {
 /// [`Error::NoColumn`] and [`Error::Interrupted`]; [`Error::NothingToCompare`] where there are not
 /// two studies.
 pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAnswer, Error> {
+    compare_known(request, None, watch)
+}
+
+/// As [`compare`], where the records of the studies may be known.
+pub(crate) fn compare_known(
+    request: &CompareRequest,
+    known: Option<Vec<Vec<Record>>>,
+    watch: &mut Watch,
+) -> Result<CompareAnswer, Error> {
     let CompareRequest { studies, plan, column, keep } = request;
     let [(name_a, a), others @ ..] = studies.as_slice() else {
         return Err(Error::NothingToCompare);
@@ -121,8 +131,12 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     let of_pairs: u64 = pairs.iter().map(|pair| cycles_of_difference(pair, plan).1).sum();
     let cycles = cycles_of(&all, plan) + of_pairs;
     let (Compared { comparisons: compared, fleets }, judged) = watched(cycles, watch, |look| {
-        let found = compare_fleets(&all, plan, quantity.as_ref(), &mut *look)?;
-        let judged = judged(&found, quantity.as_ref(), &pairs, plan, look)?;
+        let (quantity, all) = (quantity.as_ref(), all.as_slice());
+        let found = match known {
+            Some(driven) => compare_driven(all, plan, quantity, driven, &mut *look)?,
+            None => compare_fleets(all, plan, quantity, &mut *look)?,
+        };
+        let judged = judged(&found, quantity, &pairs, plan, look)?;
         ControlFlow::Continue((found, judged))
     })?;
     let wall_s = clock.elapsed().as_secs_f64();

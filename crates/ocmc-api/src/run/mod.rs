@@ -128,6 +128,16 @@ pub fn run(
     sink: &mut dyn FnMut(&[Record]),
     watch: &mut Watch,
 ) -> Result<RunAnswer, Error> {
+    run_known(request, None, sink, watch)
+}
+
+/// As [`run`], where the records may be known.
+pub(crate) fn run_known(
+    request: &RunRequest,
+    known: Option<Vec<Record>>,
+    sink: &mut dyn FnMut(&[Record]),
+    watch: &mut Watch,
+) -> Result<RunAnswer, Error> {
     let RunRequest { study, given, plan, precision, out } = request;
     let loaded = given.study((*study).clone())?;
     whole_trucks(&loaded.study, plan)?;
@@ -137,7 +147,7 @@ pub fn run(
         Some((path, format)) => Some(RunDirectory::create(path, *format, manifest.clone())?),
         None => None,
     };
-    let driven = drive(&loaded.study, given, manifest, plan, directory, fleet, sink, watch)?;
+    let driven = drive(&loaded.study, given, known, manifest, plan, directory, fleet, sink, watch)?;
     // what a study says of its own roads it says where it is read
     let doubts = if given.is_nothing() { None } else { loaded.above_law() };
     let doubts = doubts.into_iter().collect();
@@ -191,7 +201,7 @@ pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, E
     let plan = RunPlan::new(manifest.seed, first_cycle, cycles, threads, chunk);
     let plan = RunPlan { level, ..plan };
     let (study, directory) = (&study.study, Some(directory));
-    drive(study, &given, manifest, &plan, directory, fleet, &mut |_| (), watch)
+    drive(study, &given, None, manifest, &plan, directory, fleet, &mut |_| (), watch)
 }
 
 /// Checks that a run holds whole trucks: parts of one are no truck's year, and no part of a fleet.
@@ -211,10 +221,12 @@ enum Stop {
     Unwritten(RunDirectoryError),
 }
 
-/// Drives a run: all of it, or what is left of it, where `fleet` holds what was driven before.
+/// Drives a run, unless its records are known: all of it, or what is left of it, where `fleet` holds
+/// what was driven before.
 fn drive(
     study: &Study,
     given: &GivenDrive,
+    known: Option<Vec<Record>>,
     mut manifest: Manifest,
     plan: &RunPlan,
     mut directory: Option<RunDirectory>,
@@ -241,10 +253,14 @@ fn drive(
             }
             look(cycles)
         };
-        ended = given.run(study, plan, |records: Vec<Record>| {
+        let take = |records: Vec<Record>| {
             let taken = checks.take(&mut fleet, &records, &mut take);
             taken.map_break(|stop| stop.unwrap_or(Stop::PreciseEnough))
-        });
+        };
+        ended = match known {
+            Some(records) => [records].into_iter().try_for_each(take),
+            None => given.run(study, plan, take),
+        };
     }
     let ended = match ended {
         ControlFlow::Break(Stop::Unwritten(error)) => return Err(Error::Unwritten(error)),

@@ -4,7 +4,7 @@
 //! cubic on 0 to 20°. Cold, wet and rough roads roll worse. Steady driving equals the closed form
 //! to 1e-6 (`tests/it/closed_form.rs`).
 
-use crate::lanes::{Lanes, UNBOUNDED, one};
+use crate::lanes::{Bounded, Lanes, UNBOUNDED, one};
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -112,7 +112,7 @@ impl DragBySpeed {
     /// Factors on the drag area at speeds in m/s.
     #[inline(always)]
     pub fn factors<S: Simd>(&self, speed_mps: Lanes<S>) -> Lanes<S> {
-        let above = (speed_mps - self.from_mps).max(0.0).min(self.span_mps);
+        let above = (speed_mps - self.from_mps).at_least(0.0).at_most(self.span_mps);
         above * (above * self.quadratic_s2_per_m2 + self.linear_s_per_m) + 1.0
     }
 
@@ -338,7 +338,7 @@ impl CrossWind {
     /// speed it finds the engine's.
     #[inline(always)]
     pub fn increment_m2<S: Simd>(&self, tangent: Lanes<S>) -> Lanes<S> {
-        let t = tangent.min(self.maximum_tangent);
+        let t = tangent.at_most(self.maximum_tangent);
         let [c1, c2, c3, c4] = self.coefficients_m2;
         (((t * c4 + c3) * t + c2) * t + c1) * t
     }

@@ -5,12 +5,12 @@
 
 pub mod arrow;
 pub mod csv;
+#[cfg_attr(not(feature = "files"), path = "without_parquet.rs")]
 pub mod parquet;
 
 use self::parquet::RowGroupEncoder;
 use crate::file_error::FileError;
 use crate::input_file;
-use ::parquet::file::writer::SerializedFileWriter;
 use arrow::record_batch;
 use arrow_array::RecordBatch;
 use ocmc_core::charging::ChargingEvent;
@@ -146,7 +146,7 @@ enum Groups {
     New(File),
     /// It could not be begun.
     Failed,
-    Parquet(Box<SerializedFileWriter<File>>),
+    Parquet(Box<parquet::GroupsFile>),
     Csv(File),
 }
 
@@ -200,7 +200,7 @@ impl Groups {
     /// Completes the file and makes sure that it is on the disk.
     fn finish(&mut self) -> io::Result<()> {
         match self {
-            Self::Parquet(file) => parquet::end(file).and_then(|()| file.inner().sync_all()),
+            Self::Parquet(file) => parquet::end(file),
             Self::Csv(file) => file.sync_all(),
             Self::New(_) | Self::Failed => Err(not_begun()),
         }

@@ -1,9 +1,9 @@
-//! Records as Apache Parquet: a row group for each group of rows.
+//! Records and other tables as Apache Parquet: a row group for each group of rows.
 
 use super::arrow::{in_our_order, record_batch_like, records, schema_like};
 use super::{Compression, GROUP_ROWS, Group, RecordsError};
 use arrow_array::cast::AsArray;
-use arrow_array::{ArrayRef, RecordBatch, StringArray};
+use arrow_array::{Array, ArrayRef, RecordBatch, RecordBatchReader, StringArray};
 use arrow_schema::{DataType, FieldRef, Schema, SchemaRef};
 use ocmc_core::record::Record;
 use parquet::arrow::ArrowWriter;
@@ -20,6 +20,9 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{Arc, mpsc};
 use std::thread;
+
+/// A file that takes row groups.
+pub(super) type GroupsFile = SerializedFileWriter<File>;
 
 /// Groups that are decompressed ahead.
 const GROUPS_AHEAD: usize = 4;
@@ -89,13 +92,13 @@ pub struct RowGroup {
 
 impl RowGroup {
     /// Begins a file of row groups such as this one.
-    pub(super) fn begin(&self, file: File) -> io::Result<SerializedFileWriter<File>> {
+    pub(super) fn begin(&self, file: File) -> io::Result<GroupsFile> {
         let file = writer(file, &self.schema, Compression::Zstd);
         file.map(|(file, _)| file).map_err(io_error)
     }
 
     /// Writes it behind the others.
-    pub(super) fn append_to(self, file: &mut SerializedFileWriter<File>) -> io::Result<()> {
+    pub(super) fn append_to(self, file: &mut GroupsFile) -> io::Result<()> {
         if self.columns.is_empty() {
             return Ok(());
         }
@@ -120,12 +123,58 @@ fn writer<W: Write + Send>(
         .into_serialized_writer()
 }
 
-/// Writes the footer.
-pub(super) fn end(file: &mut SerializedFileWriter<File>) -> io::Result<()> {
-    file.finish().map(drop).map_err(io_error)
+/// Writes the footer, and makes sure that the file is on the disk.
+pub(super) fn end(file: &mut GroupsFile) -> io::Result<()> {
+    file.finish().map_err(io_error)?;
+    file.inner().sync_all()
 }
 
-pub(crate) fn properties(compression: Compression) -> WriterProperties {
+/// A file of a table that is written batch by batch, each of which is a row group.
+#[derive(Debug)]
+pub(crate) struct TableFile<W: Write + Send>(Box<ArrowWriter<W>>);
+
+impl<W: Write + Send> TableFile<W> {
+    /// Begins it.
+    pub(crate) fn begin(out: W, schema: SchemaRef) -> io::Result<Self> {
+        let file = ArrowWriter::try_new(out, schema, Some(properties(Compression::Zstd)));
+        file.map(|file| Self(Box::new(file))).map_err(io_error)
+    }
+
+    /// Writes a batch.
+    pub(crate) fn add(&mut self, batch: &RecordBatch) -> io::Result<()> {
+        self.0.write(batch).and_then(|()| self.0.flush()).map_err(io_error)
+    }
+
+    /// Writes the footer.
+    pub(crate) fn end(self) -> io::Result<W> {
+        self.0.into_inner().map_err(io_error)
+    }
+}
+
+/// Names of columns, and columns in pieces.
+pub(crate) type Columns = (Vec<String>, Vec<Vec<ArrayRef>>);
+
+/// Reads a table of any program, or says what is wrong with it.
+pub(crate) fn columns(file: File) -> Result<Columns, String> {
+    // the library ends some damaged files by a panic, not by an error
+    let decoded = thread::spawn(move || decoded(file)).join();
+    decoded.unwrap_or_else(|_| Err("it cannot be decoded".to_owned()))
+}
+
+fn decoded(file: File) -> Result<Columns, String> {
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file)
+        .and_then(ParquetRecordBatchReaderBuilder::build)
+        .map_err(|error| error.to_string())?;
+    let names = reader.schema().fields().iter().map(|field| field.name().clone()).collect();
+    let mut pieces = Vec::new();
+    for batch in reader {
+        pieces.push(batch.map_err(|error| error.to_string())?.columns().to_vec());
+    }
+    pieces.retain(|piece| piece.first().is_some_and(|column| !column.is_empty()));
+    Ok((names, pieces))
+}
+
+fn properties(compression: Compression) -> WriterProperties {
     let codec = match compression {
         Compression::Zstd => Codec::ZSTD(ZstdLevel::default()),
         Compression::Snappy => Codec::SNAPPY,
@@ -142,7 +191,7 @@ pub(crate) fn properties(compression: Compression) -> WriterProperties {
 }
 
 /// The operating system's error where there is one, so that a full disk is called a full disk.
-pub(crate) fn io_error(error: ParquetError) -> io::Error {
+fn io_error(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(source) => {
             source.downcast::<io::Error>().map_or_else(io::Error::other, |error| *error)

@@ -4,7 +4,7 @@ use super::one_step::Stages;
 use super::stage::engine_speed_at;
 use super::state::{KernelParameters, State};
 use crate::energy::ledger::{Ledger, StepLedger, Term};
-use crate::lanes::{Lanes, lerp, masked};
+use crate::lanes::{Bounded, Lanes, lerp, masked};
 use crate::powertrain::{Powertrain, ShaftStep};
 use fearless_simd::prelude::*;
 
@@ -55,7 +55,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let later_hub = later.wheel - rotating * second.acceleration;
         // the mean of the positive part of a force that changes evenly
         let hub_end = hub + (weight + weight) * (later_hub - hub);
-        let positive = hub.max(0.0) + hub_end.max(0.0);
+        let positive = hub.at_least(0.0) + hub_end.at_least(0.0);
         let twice = hub.abs() + hub_end.abs();
         let driving = positive * positive / (twice + twice + SMALLEST_FORCE_N);
         let mut ledger = StepLedger::new(dt.simd, &mut self.ledger);

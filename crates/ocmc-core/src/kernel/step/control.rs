@@ -5,7 +5,7 @@ use super::forecast::Forecast;
 use super::look_ahead::LookAhead;
 use super::road_row::{RoadRow, Row, is_limited_by_sign, static_limit};
 use super::state::{KernelParameters, State};
-use crate::lanes::{Flags, Lanes, clip, masked};
+use crate::lanes::{Bounded, Flags, Lanes, clip, masked};
 use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
@@ -27,7 +27,7 @@ impl<S: Simd> DesiredSpeed<S> {
     /// Its square, in m²/s².
     #[inline(always)]
     pub(super) fn squared(&self) -> Lanes<S> {
-        self.level.min(self.backward)
+        self.level.at_most(self.backward)
     }
 
     /// Rises through zero where a driver prepares for a braking ramp; `lead`: difference of v² from
@@ -82,9 +82,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         ceiling: Lanes<S>,
     ) -> DesiredSpeed<S> {
         let backward = row[RoadRow::BACKWARD] + self.constants.twice_deceleration * left;
-        let level = row[RoadRow::LIMIT].min(ceiling);
-        let rise_function = ceiling - row[RoadRow::LIMIT].min(backward);
-        DesiredSpeed { speed: level.min(backward).sqrt(), backward, level, rise_function }
+        let level = row[RoadRow::LIMIT].at_most(ceiling);
+        let rise_function = ceiling - row[RoadRow::LIMIT].at_most(backward);
+        DesiredSpeed { speed: level.at_most(backward).sqrt(), backward, level, rise_function }
     }
 
     /// The ceiling of the desired speed, squared, some time later: the inverse acceleration g grows
@@ -128,7 +128,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let held = was_holding.select(motion.held, begun);
         // held throttle: a held brake is released when e >= 0, unless the driver holds as printed
         // in the paper
-        let held = error.simd_lt(0.0).select(held, held.max(constants.lowest_held));
+        let held = error.simd_lt(0.0).select(held, held.at_least(constants.lowest_held));
         let gathers = rises & foresees & !feeds;
         Stance { forecast, rises, ramps, feeds, gathers, hold, held, look_ahead }
     }
@@ -154,24 +154,24 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         // more than the error at which he begins to hold
         let balances = constants.balances.simd_gt(0.0);
         let free = constants.dead_zone;
-        let corrected = constants.proportional * (error - error.min(free).max(-free));
+        let corrected = constants.proportional * (error - error.at_most(free).at_least(-free));
         let around = balances.select(stance.forecast.holding, integral);
         let continuous = corrected + around - constants.derivative_over_filter * lag;
         let held = stance.held + masked(balances, corrected);
         // the accelerator stays closed while a ramp asks for less
-        let follows = stance.forecast.ramp.min(0.0) + constants.ramp_gain * error;
+        let follows = stance.forecast.ramp.at_most(0.0) + constants.ramp_gain * error;
         let gathers = rise + effort;
         let output = stance.hold.select(held, stance.gathers.select(gathers, continuous));
         let output = stance.feeds.select(follows, output);
         // who coasts leaves the accelerator
-        let output = stance.look_ahead.coasts.select(output.min(0.0), output);
+        let output = stance.look_ahead.coasts.select(output.at_most(0.0), output);
 
         // speed limiter: above its speed the pedal goes down less and less far
         let vehicle = &parameters.vehicle.model;
         let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
         let allowed = (end_mps - speed) * parameters.per_limiter_range;
-        let allowed = allowed.min(stance.forecast.peak);
-        let accelerator = clip(output.min(allowed), 0.0, 1.0);
+        let allowed = allowed.at_most(stance.forecast.peak);
+        let accelerator = clip(output.at_most(allowed), 0.0, 1.0);
 
         // overspeed band: above a sign's limit the driver lets the truck run up to its edge; where
         // there is neither ramp nor band, up to his tolerance
@@ -179,12 +179,12 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             speed.simd_gt(pedals.overspeed_from_mps) & !stance.ramps & is_limited_by_sign(row);
         let slack = in_band.select(constants.band_output, constants.tolerance_output);
         // at the beginning of a ramp nobody brakes yet: a small one is coasted
-        let yet = (desired - static_limit(row) * parameters.braked_share).max(0.0);
+        let yet = (desired - static_limit(row) * parameters.braked_share).at_least(0.0);
         let begun = output + constants.ramp_gain * yet;
         let edge = stance.feeds.select(begun, effort + slack);
-        let demand = output.max(edge);
+        let demand = output.at_least(edge);
         // who gathers speed is not pushed harder by a descent than he lets the engine
-        let demand = stance.rises.select(demand.min(stance.forecast.holding_back), demand);
+        let demand = stance.rises.select(demand.at_most(stance.forecast.holding_back), demand);
         let braking = clip(-demand, 0.0, parameters.per_brake_scale);
         let realised = accelerator - braking;
         Control {
@@ -192,7 +192,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             output,
             demand,
             accelerator,
-            brake: (braking * pedals.brake_scale).min(1.0),
+            brake: (braking * pedals.brake_scale).at_most(1.0),
             braking,
             // behind a rise the integral part goes on from the pedal that keeps the speed
             integral_rate: stance.gathers.select(

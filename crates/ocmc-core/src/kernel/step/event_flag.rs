@@ -3,7 +3,7 @@
 
 use super::road_row::{RoadRow, Row};
 use super::state::{KernelParameters, State};
-use crate::lanes::{Flags, Lanes, UNBOUNDED};
+use crate::lanes::{Bounded, Flags, Lanes, UNBOUNDED};
 use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
@@ -57,14 +57,14 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
         let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
         let (up_left, down_left) = (motion.up_left, motion.down_left);
-        let settled = !up_left.min(down_left).max(motion.shift_left).simd_gt(0.0);
+        let settled = !up_left.at_most(down_left).at_least(motion.shift_left).simd_gt(0.0);
         let rolls = self.motion.speed.simd_gt(shift.minimum_speed_mps);
         let ready = rolls & settled;
 
         // the most that the engine could give there; how much it does, the strategy asks the curve
         let most = up_speed * parameters.most_power_nm;
         let speeding = motion.speed * self.constants.moving_mass_open * parameters.least_mps2;
-        let needed = (road_power * shift.power_reserve).max(road_power + speeding);
+        let needed = (road_power * shift.power_reserve).at_least(road_power + speeding);
         let may_up = ready & !up_left.simd_gt(0.0) & !brakes;
         let up = may_up & !up_speed.simd_lt(up_line) & !most.simd_lt(needed);
         let over = self.motion.speed.simd_gt(self.gear.too_fast);

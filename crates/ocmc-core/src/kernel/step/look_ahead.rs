@@ -9,7 +9,7 @@ use super::control::DesiredSpeed;
 use super::forecast::Forecast;
 use super::road_row::{Row, coasting_target, is_limited_by_sign};
 use super::state::{KernelParameters, State};
-use crate::lanes::{Flags, Lanes, UNBOUNDED, clip};
+use crate::lanes::{Bounded, Flags, Lanes, UNBOUNDED, clip};
 use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
@@ -49,7 +49,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let target = coasting_target(row, Lanes::splat(speed.simd, parameters.stop_target));
         let too_fast = speed * speed - target;
         let way = desired.backward - target;
-        let end = target.min(UNBOUNDED).sqrt();
+        let end = target.at_most(UNBOUNDED).sqrt();
         let fast_end = clip((end - SLOW_END_MPS) * PER_SLOW_RANGE, 0.0, 1.0);
         let small = clip((end - speed + LARGE_CHANGE_MPS) * PER_CHANGE_RANGE, 0.0, 1.0);
         let factor = model.decision_factor - fast_end * small * (model.decision_factor - 1.0);
@@ -57,7 +57,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let late = twice * too_fast - factor * forecast.coasting * way * 2.0;
         let seen = twice * speed * model.preview_s - way;
         let may = speed.simd_gt(model.minimum_speed_mps) & too_fast.simd_gt(0.0);
-        may.select(late.min(seen), Lanes::splat(speed.simd, -1.0))
+        may.select(late.at_most(seen), Lanes::splat(speed.simd, -1.0))
     }
 
     /// For the trucks of a block; `ramps`: flag, a braking ramp lies under the truck or just before

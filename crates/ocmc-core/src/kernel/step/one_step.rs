@@ -20,7 +20,7 @@ use super::step_end::StepEnd;
 use super::step_length::longest_next;
 use super::step_view::StepView;
 use crate::first_order_lag::first_order_lags;
-use crate::lanes::{Lanes, lerp, masked};
+use crate::lanes::{Bounded, Lanes, lerp, masked};
 use crate::powertrain::{Coupling, Powertrain, StepOutcome};
 use fearless_simd::prelude::*;
 
@@ -173,12 +173,12 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         motion.speed = end.speed;
         motion.left -= dx;
         motion.engine_speed = totals.end_speed;
-        motion.shift_left = (motion.shift_left - dt).max(0.0);
-        motion.up_left = (motion.up_left - dt).max(0.0);
-        motion.down_left = (motion.down_left - dt).max(0.0);
+        motion.shift_left = (motion.shift_left - dt).at_least(0.0);
+        motion.up_left = (motion.up_left - dt).at_least(0.0);
+        motion.down_left = (motion.down_left - dt).at_least(0.0);
         let shift = &parameters.vehicle.shift;
         let pressed = second_control.accelerator.simd_gt(shift.kickdown_pedal);
-        let kick_left = (motion.kick_left - dt).max(0.0);
+        let kick_left = (motion.kick_left - dt).at_least(0.0);
         motion.kick_left =
             (pressed | end.too_long).select(kick_left, Lanes::splat(simd, shift.kickdown_s));
         let slow = end.speed.simd_lt(parameters.slow_mps);
@@ -186,15 +186,15 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let change = second.acceleration - first.acceleration;
         let longest = longest_next(predicted.dt, change, parameters);
         let brakes = second_control.braking.simd_gt(0.0);
-        let longest = brakes.select(longest.min(self.constants.brake_step), longest);
+        let longest = brakes.select(longest.at_most(self.constants.brake_step), longest);
         // on a ramp what the driver knows of the truck is that of the step's start
-        let longest = stance.feeds.select(longest.min(parameters.short_step_s), longest);
+        let longest = stance.feeds.select(longest.at_most(parameters.short_step_s), longest);
         let longest = end.jumps.select(Lanes::splat(simd, parameters.step_after_jump_s), longest);
         motion.longest = end.too_long.select(Lanes::splat(simd, parameters.short_step_s), longest);
 
         let risen = self.ceiling_after(decision.desired.speed, dt);
         let desired = self.desired(&decision.row, self.motion.left, risen);
-        self.motion.ceiling = desired.squared().max(self.constants.least_ceiling);
+        self.motion.ceiling = desired.squared().at_least(self.constants.least_ceiling);
 
         let slowing = end.acceleration.simd_lt(0.0);
         let road_power = (totals.drag + decision.road) * end.speed;

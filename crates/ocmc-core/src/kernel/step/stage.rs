@@ -5,7 +5,7 @@ use super::control::{Control, DesiredSpeed, Stance, clamp_integral};
 use super::road_row::{RoadRow, Row};
 use super::state::{KernelParameters, State};
 use crate::first_order_lag::first_order_lags;
-use crate::lanes::{Lanes, WIDTH, columns, scheduling_barrier};
+use crate::lanes::{Bounded, Lanes, WIDTH, columns, scheduling_barrier};
 use crate::powertrain::component::gearbox::GearLanes;
 use crate::powertrain::{Coupling, Demand, Powertrain, TractiveEffort};
 use crate::vehicle::resistance::{GRAVITY_MPS2, LEAST_TRACTION_FRICTION, drag_forces_n};
@@ -193,15 +193,15 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
         let cross = row[RoadRow::CROSS_WIND];
-        let grip = self.constants.driven_mass * row[RoadRow::GRIP].max(LEAST_TRACTION_MPS2);
+        let grip = self.constants.driven_mass * row[RoadRow::GRIP].at_least(LEAST_TRACTION_MPS2);
         let demand = Demand {
             speed,
             shaft_speed,
             accelerator: control.accelerator,
             brake: self.constants.mass
-                * (control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP]),
-            traction: grip.min(decision.stance.forecast.most.max(0.0)),
-            air: relative.max(1.0),
+                * (control.braking * parameters.brake_mps2).at_most(row[RoadRow::GRIP]),
+            traction: grip.at_most(decision.stance.forecast.most.at_least(0.0)),
+            air: relative.at_least(1.0),
             cross,
         };
         let (state, gear, coupling) = (&self.powertrain, &self.gear, &decision.coupling);
@@ -270,17 +270,17 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             .motion
             .shift_left
             .simd_gt(0.0)
-            .select(self.motion.shift_left.min(longest), longest);
+            .select(self.motion.shift_left.at_most(longest), longest);
         let up_left = self.motion.up_left;
-        let whole = up_left.simd_gt(0.0).select(up_left.min(whole), whole);
+        let whole = up_left.simd_gt(0.0).select(up_left.at_most(whole), whole);
         let down_left = self.motion.down_left;
-        let whole = down_left.simd_gt(0.0).select(down_left.min(whole), whole);
-        let pace = (self.motion.speed + first.acceleration * whole * half).max(SMALLEST_SPEED);
+        let whole = down_left.simd_gt(0.0).select(down_left.at_most(whole), whole);
+        let pace = (self.motion.speed + first.acceleration * whole * half).at_least(SMALLEST_SPEED);
         let to_end = self.motion.left / pace;
-        let dt = whole.min(to_end);
+        let dt = whole.at_most(to_end);
 
-        let speed = (self.motion.speed + dt * first.acceleration).max(0.0);
-        let left = (self.motion.left - dt * (self.motion.speed + speed) * half).max(0.0);
+        let speed = (self.motion.speed + dt * first.acceleration).at_least(0.0);
+        let left = (self.motion.left - dt * (self.motion.speed + speed) * half).at_least(0.0);
         let [engine, filter] = first_order_lags(dt, parameters.per_lag_s);
         let own = &first.effort.own;
         let powertrain = parameters.powertrain.predict(&self.powertrain, engine, own);

@@ -4,7 +4,7 @@
 use super::stage::{Forces, Predicted};
 use super::state::{KernelParameters, State};
 use super::step_length::is_too_long;
-use crate::lanes::{Flags, Lanes, masked, scheduling_barrier};
+use crate::lanes::{Bounded, Flags, Lanes, masked, scheduling_barrier};
 use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
@@ -47,12 +47,12 @@ impl<S: Simd, P: Powertrain> State<S, P> {
 
         // a truck at rest does not roll back: the brakes hold it, without work
         let free = first.acceleration + weight * change;
-        let mean = self.motion.speed.simd_gt(0.0).select(free, free.max(0.0));
+        let mean = self.motion.speed.simd_gt(0.0).select(free, free.at_least(0.0));
         let timed = self.motion.speed + mean * dt;
         let distance = dt * (self.motion.speed + timed) * half;
         let twice_left = self.motion.left + self.motion.left;
         let square = self.motion.speed * self.motion.speed + mean * twice_left;
-        let at_end = square.max(0.0).sqrt();
+        let at_end = square.at_least(0.0).sqrt();
         // it is driven past, too, by a truck that comes to rest within the step, but behind it
         let far = self.motion.left.simd_lt(distance)
             | predicted.to_end.simd_le(predicted.dt) & !jumps
@@ -64,7 +64,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             .select(self.motion.speed + at_end, rests.select(-mean, Lanes::splat(dt.simd, 1.0)));
         let dt = over / under;
         let timed = masked(!rests, self.motion.speed + mean * dt);
-        let speed = reaches.select(at_end, timed.max(0.0));
+        let speed = reaches.select(at_end, timed.at_least(0.0));
         let dx = reaches.select(self.motion.left, dt * (self.motion.speed + speed) * half);
         scheduling_barrier(speed);
         StepEnd { too_long, jumps, weight, dt, dx, speed, acceleration: mean }

@@ -1,7 +1,7 @@
 //! How long a step may be. `step_s` is for a truck whose acceleration hardly changes.
 
 use super::state::KernelParameters;
-use crate::lanes::{Flags, Lanes};
+use crate::lanes::{Bounded, Flags, Lanes};
 use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
@@ -33,5 +33,5 @@ pub(super) fn longest_next<S: Simd, P: Powertrain>(
     parameters: &KernelParameters<P>,
 ) -> Lanes<S> {
     let aimed = dt * AIM_MPS2 / (change.abs() + SMALLEST_MPS2);
-    aimed.max(parameters.short_step_s).min(parameters.simulation.step_s)
+    aimed.at_least(parameters.short_step_s).at_most(parameters.simulation.step_s)
 }

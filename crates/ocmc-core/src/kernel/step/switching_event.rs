@@ -5,7 +5,7 @@
 use super::control::{Control, DesiredSpeed};
 use super::stage::{Decision, Predicted};
 use super::state::{KernelParameters, State};
-use crate::lanes::{Flags, Lanes, scheduling_barrier};
+use crate::lanes::{Bounded, Flags, Lanes, scheduling_barrier};
 use crate::powertrain::Powertrain;
 use crate::powertrain::component::gearbox::ShiftModel;
 use fearless_simd::prelude::*;
@@ -103,12 +103,12 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         parameters: &KernelParameters<P>,
     ) -> Lanes<S> {
         let ramp = desired.ramp_function(desired.speed * self.constants.lead);
-        let plan = decision.stance.rises.select(ramp.max(desired.rise_function), ramp);
+        let plan = decision.stance.rises.select(ramp.at_least(desired.rise_function), ramp);
         if !parameters.looks_ahead {
             return plan;
         }
         let (row, forecast) = (&decision.row, &decision.stance.forecast);
-        plan.max(self.coasting_function(row, speed, desired, forecast, parameters))
+        plan.at_least(self.coasting_function(row, speed, desired, forecast, parameters))
     }
 
     /// Rises through zero where a driver changes pedals or a switched one begins or ends to hold.
@@ -128,7 +128,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let enters = decision.stance.feeds.select(-enters.abs(), enters);
         let pedals = control.pedal_function(&decision.control);
         let balances = self.constants.balances.simd_gt(0.0);
-        hold.select(balances.select(held.max(pedals), held), enters.max(pedals))
+        hold.select(balances.select(held.at_least(pedals), held), enters.at_least(pedals))
     }
 
     /// Rises through zero where the engine would reach the upshift line in the next gear, and where
@@ -152,7 +152,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             - accelerator * shift.up_pedal_radps;
         let open = parameters.idle_radps * shift.open_share;
         let down = is_low.select(open - turns, down_function(turns, accelerator, shift));
-        coupling.closed.select(up.max(down), turns - coupling.free_speed)
+        coupling.closed.select(up.at_least(down), turns - coupling.free_speed)
     }
 }
 
@@ -167,7 +167,7 @@ impl<S: Simd> Control<S> {
     /// presses one.
     #[inline(always)]
     fn pedal_function(&self, start: &Self) -> Lanes<S> {
-        let coasting = self.output.max(-self.demand);
+        let coasting = self.output.at_least(-self.demand);
         let off_accelerator = start.output.simd_gt(0.0);
         let off_brake = start.demand.simd_lt(0.0);
         off_accelerator.select(-self.output, off_brake.select(self.demand, coasting))

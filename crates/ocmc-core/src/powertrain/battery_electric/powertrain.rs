@@ -14,7 +14,7 @@ use crate::charging::ChargeCourse;
 use crate::energy::Carrier;
 use crate::energy::ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
-use crate::lanes::{Flags, Lanes, WIDTH, masked};
+use crate::lanes::{Bounded, Flags, Lanes, WIDTH, masked};
 use crate::powertrain::component::battery::{BatteryLimits, BatteryModel};
 use crate::powertrain::component::gearbox::GearLanes;
 use crate::powertrain::{
@@ -83,7 +83,7 @@ impl BatteryElectricPowertrain {
         let terminals = motor + state.auxiliary_power;
         let charge = state.charge;
         let (store, heat) = battery.flows(charge, terminals, &state.limits);
-        let back = masked(torque.simd_lt(0.0), (-motor).max(0.0));
+        let back = masked(torque.simd_lt(0.0), (-motor).at_least(0.0));
         ledger.add(Term::Crankshaft, torque * shaft.angle);
         ledger.add(Term::Battery, store * dt);
         ledger.add(Term::BatteryLoss, heat * dt);
@@ -93,7 +93,7 @@ impl BatteryElectricPowertrain {
         state.charge -= store * dt * (1.0 / battery.capacity_j);
         let covered = self.model.motor.maps_cover(shaft.speed, torque)
             & !battery.overdrawn(charge, terminals, &state.limits);
-        ledger.add(Term::OutsideMap, masked(!covered, (store * dt).max(0.0)));
+        ledger.add(Term::OutsideMap, masked(!covered, (store * dt).at_least(0.0)));
         [torque, terminals]
     }
 
@@ -301,7 +301,7 @@ impl Powertrain for BatteryElectricPowertrain {
         let torque = self.model.motor.drive_limits_nm(speed * gear.speed_ratio);
         let [pressed, _] = self.model.wheel_and_lost_forces_n(gear.speed_ratio, torque);
         let nothing = Lanes::splat(speed.simd, 0.0);
-        let per_force = 1.0 / pressed.max(PedalForces::<S>::LEAST_SPAN_N);
+        let per_force = 1.0 / pressed.at_least(PedalForces::<S>::LEAST_SPAN_N);
         PedalForces { coasting: nothing, released: nothing, per_force }
     }
 
@@ -318,10 +318,10 @@ impl Powertrain for BatteryElectricPowertrain {
         let motor = &model.motor;
         let speed = demand.shaft_speed;
         let traction = demand.traction * gear.torque_per_n;
-        let driving = (demand.accelerator * motor.drive_limits_nm(speed)).min(traction);
+        let driving = (demand.accelerator * motor.drive_limits_nm(speed)).at_most(traction);
         let braking = model
             .braking_torques_nm(gear.speed_ratio, demand.brake)
-            .min(motor.brake_limits_nm(speed, demand.speed));
+            .at_most(motor.brake_limits_nm(speed, demand.speed));
         let wanted = masked(coupling.engaged, driving - braking);
         let torque = self.within_battery(state, speed, wanted);
         let [wheel, lost] = model.wheel_and_lost_forces_n(gear.speed_ratio, torque);
@@ -330,7 +330,7 @@ impl Powertrain for BatteryElectricPowertrain {
             wheel,
             lost,
             // the service brakes do what the motor does not
-            brake: (demand.brake + wheel.min(0.0)).max(0.0),
+            brake: (demand.brake + wheel.at_most(0.0)).at_least(0.0),
             engine_brake: Lanes::splat(speed.simd, 0.0),
             wind_tangent: demand.cross / demand.air,
             own: (),

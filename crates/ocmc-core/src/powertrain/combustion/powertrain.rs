@@ -4,7 +4,7 @@ use super::inverse::InverseCombustion;
 use crate::energy::Carrier;
 use crate::energy::ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
-use crate::lanes::{Flags, Lanes, lerp, masked, scheduling_barrier};
+use crate::lanes::{Bounded, Flags, Lanes, lerp, masked, scheduling_barrier};
 use crate::powertrain::component::clutch::Clutch;
 use crate::powertrain::component::engine::{Curves, Engine, EngineModel};
 use crate::powertrain::component::gearbox::{DrivelineLosses, Gear, GearLanes, GearboxModel};
@@ -297,12 +297,12 @@ impl Powertrain for CombustionPowertrain {
         let (ratio, share) = (gear.speed_ratio, gear.loss_share);
         let turns = speed * ratio;
         // the accelerator makes the clutch slip in the launching gears
-        let engine = turns.max(gear.slips_below).max(self.clutch.open_radps);
+        let engine = turns.at_least(gear.slips_below).at_least(self.clutch.open_radps);
         let (losses, full, drag) =
             (&self.losses, full_0 + full_1 * engine, drag_0 + drag_1 * engine);
         let [pressed, _] = losses.wheel_and_lost_forces_n(ratio, share, speed, full);
         let [released, _] = losses.wheel_and_lost_forces_n(ratio, share, speed, drag);
-        let span = (pressed - released).max(PedalForces::<S>::LEAST_SPAN_N);
+        let span = (pressed - released).at_least(PedalForces::<S>::LEAST_SPAN_N);
         // one division serves the torque of the auxiliaries and the span of the pedal
         let inverse = 1.0 / (engine * span);
         let released = released - state.auxiliary_power * ratio * span * inverse;
@@ -322,7 +322,7 @@ impl Powertrain for CombustionPowertrain {
         let engine_speed = demand.shaft_speed;
         // the clutch opens at the next step: until then an engine that is braked below turns no
         // slower for its auxiliaries
-        let turning = engine_speed.max(self.clutch.open_radps);
+        let turning = engine_speed.at_least(self.clutch.open_radps);
         // one division serves the torque of the auxiliaries and the angle of the wind
         let inverse = 1.0 / (turning * demand.air);
 
@@ -334,15 +334,15 @@ impl Powertrain for CombustionPowertrain {
         // its auxiliaries; what the driver does not let, neither: a torque is cut at once
         let auxiliary = state.auxiliary_power * demand.air * inverse;
         let held = self.losses.driving_torques_nm(gear, demand.speed, demand.traction);
-        let full_load = full_load.min(held + auxiliary);
+        let full_load = full_load.at_most(held + auxiliary);
         let reached = match predicted {
             Some(predicted) => predicted.torque + predicted.response * command,
             None => state.torque,
         };
-        let available = reached.max(drag).min(full_load);
+        let available = reached.at_least(drag).at_most(full_load);
         let driving = masked(coupling.engaged, available - auxiliary);
         // a slipping clutch takes nothing from wheels that turn slower than the engine
-        let gearbox_torque = coupling.closed.select(driving, driving.max(0.0));
+        let gearbox_torque = coupling.closed.select(driving, driving.at_least(0.0));
 
         let (ratio, share) = (gear.speed_ratio, gear.loss_share);
         let losses = &self.losses;
@@ -353,7 +353,7 @@ impl Powertrain for CombustionPowertrain {
             wheel,
             lost,
             brake: demand.brake,
-            engine_brake: demand.brake.min(engine_speed * state.engine_brake),
+            engine_brake: demand.brake.at_most(engine_speed * state.engine_brake),
             wind_tangent: demand.cross * turning * inverse,
             own: CombustionStage { command, full_load, drag, auxiliary },
         }
@@ -412,8 +412,8 @@ impl Powertrain for CombustionPowertrain {
         let weight = outcome.weight;
         let change = (weight + weight) * (second.command - first.command);
         let driven = (state.torque + outcome.lag.response(first.command - state.torque, change))
-            .max(second.drag)
-            .min(second.full_load);
+            .at_least(second.drag)
+            .at_most(second.full_load);
         // the limits are those at the end of the step, which a step that is taken back has not
         // come to
         let driven = outcome.too_long.select(state.torque, driven);

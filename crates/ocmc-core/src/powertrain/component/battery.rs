@@ -12,7 +12,7 @@
 use super::ageing::AgeingModel;
 use super::thermal::ThermalModel;
 use crate::distribution::Quantity;
-use crate::lanes::{Flags, Lanes, clip, one};
+use crate::lanes::{Bounded, Flags, Lanes, clip, one};
 use crate::validation::Problems;
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
@@ -118,7 +118,7 @@ impl BatteryModel {
         limits: &BatteryLimits<S>,
     ) -> Lanes<S> {
         let voltage = self.voltages_v(charge);
-        (voltage * voltage * limits.quarter).min(limits.discharge_power)
+        (voltage * voltage * limits.quarter).at_most(limits.discharge_power)
     }
 
     /// Highest power of charging at the terminals, in W, as a positive number.
@@ -157,7 +157,7 @@ impl BatteryModel {
     ) -> (Lanes<S>, Lanes<S>) {
         let voltage = self.voltages_v(charge);
         let under = voltage * voltage - power_w * (limits.resistance * 4.0);
-        let current = power_w * 2.0 / (voltage + under.max(0.0).sqrt());
+        let current = power_w * 2.0 / (voltage + under.at_least(0.0).sqrt());
         (voltage * current, current * current * limits.resistance)
     }
 

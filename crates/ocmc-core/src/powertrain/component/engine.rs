@@ -22,7 +22,7 @@ use super::bilinear::{Cells, cells};
 use super::piece_table::PieceTable;
 use crate::distribution::Quantity;
 use crate::energy::Carrier;
-use crate::lanes::{Lanes, WIDTH, columns, one};
+use crate::lanes::{Bounded, Lanes, WIDTH, columns, one};
 use fearless_simd::prelude::*;
 
 /// A diesel engine.
@@ -233,7 +233,7 @@ impl<S: Simd> Curves<S> {
         let [below_0, below_1, above_0, above_1] = self.bounds;
         let own = full_0 + full_1 * speed_radps;
         let below = below_0 + below_1 * speed_radps;
-        own.min(below).min(above_0 + above_1 * speed_radps)
+        own.at_most(below).at_most(above_0 + above_1 * speed_radps)
     }
 }
 
@@ -369,7 +369,7 @@ impl Engine {
         torque_nm: Lanes<S>,
         drag_torque_nm: Lanes<S>,
     ) -> Lanes<S> {
-        let powered = torque_nm.max(0.0);
+        let powered = torque_nm.at_least(0.0);
         let speed_cells = self.map_speed_pieces.cells(speed_radps);
         let torque_cells = self.map_torque_pieces.cells(powered);
         let [a, b, c, d] = columns(
@@ -382,8 +382,8 @@ impl Engine {
             },
         );
         let map = a + b * speed_radps + powered * (c + d * speed_radps);
-        let overrun = 1.0 - torque_nm.min(0.0) / drag_torque_nm;
-        map.max(0.0) * overrun.max(0.0)
+        let overrun = 1.0 - torque_nm.at_most(0.0) / drag_torque_nm;
+        map.at_least(0.0) * overrun.at_least(0.0)
     }
 
     /// Fuel of one engine, in kg/s, before the vehicle's factor.

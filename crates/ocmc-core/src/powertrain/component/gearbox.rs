@@ -17,7 +17,7 @@
 //! slipping clutch, and a constant climb does not hunt. In `tests/it/shift_strategy.rs`: each line
 //! of the strategy, and no opposite shifts within 10 s at 30 km/h on 4 % for K_P from 0.2 to 1 s/m.
 
-use crate::lanes::{Flags, Lanes, UNBOUNDED, one};
+use crate::lanes::{Bounded, Flags, Lanes, UNBOUNDED, one};
 use crate::validation::Problems;
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
@@ -379,7 +379,7 @@ impl DrivelineLosses {
         torque_nm: Lanes<S>,
     ) -> [Lanes<S>; 2] {
         let turning_nm = per_m * speed_mps * self.gearbox_nms + self.gearbox_nm;
-        let gearbox_nm = loss_share * torque_nm.abs().max(self.floor_nm) + turning_nm;
+        let gearbox_nm = loss_share * torque_nm.abs().at_least(self.floor_nm) + turning_nm;
         let retarder_n = speed_mps * speed_mps * self.retarder_kgpm + self.retarder_n;
         let shaft_n = per_m * (torque_nm - gearbox_nm) - retarder_n;
         let axle_n = shaft_n.abs() * self.axle_share + self.axle_n;

@@ -7,7 +7,7 @@
 
 use super::bilinear::{Cells, cells};
 use super::engine::MOST_KNOTS;
-use crate::lanes::{Flags, Lanes, clip, columns, masked, one};
+use crate::lanes::{Bounded, Flags, Lanes, clip, columns, masked, one};
 use crate::validation::{Problems, rises};
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
@@ -100,7 +100,7 @@ impl MotorModel {
     /// The same for vehicles.
     #[inline(always)]
     pub fn drive_limits_nm<S: Simd>(&self, speed_radps: Lanes<S>) -> Lanes<S> {
-        let limit = (self.power_w / speed_radps.max(1.0)).min(self.torque_nm);
+        let limit = (self.power_w / speed_radps.at_least(1.0)).at_most(self.torque_nm);
         masked(!speed_radps.simd_gt(self.maximum_speed_radps), limit)
     }
 
@@ -118,7 +118,7 @@ impl MotorModel {
         vehicle_mps: Lanes<S>,
     ) -> Lanes<S> {
         let fade = clip(vehicle_mps * (1.0 / self.brake_fade_mps), 0.0, 1.0);
-        fade * (self.brake_power_w / speed_radps.max(1.0)).min(self.brake_torque_nm)
+        fade * (self.brake_power_w / speed_radps.at_least(1.0)).at_most(self.brake_torque_nm)
     }
 }
 

@@ -7,7 +7,7 @@
 
 use crate::distribution::Quantity;
 use crate::energy::Carrier;
-use crate::lanes::{Lanes, one};
+use crate::lanes::{Bounded, Lanes, one};
 use crate::validation::{Problems, rises};
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
@@ -99,7 +99,7 @@ impl Cell {
     pub fn hydrogens_w<S: Simd>(&self, power_w: Lanes<S>) -> Lanes<S> {
         let mut most = Lanes::splat(power_w.simd, 0.0);
         for [at_zero, slope] in &self.lines {
-            most = most.max(power_w * *slope + *at_zero);
+            most = most.at_least(power_w * *slope + *at_zero);
         }
         most
     }

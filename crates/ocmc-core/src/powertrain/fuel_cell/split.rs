@@ -9,7 +9,7 @@
 //! cell's power a truck slows on a long climb, and goes on. Derived, in place of VECTO's window
 //! over the whole finished trip, which no truck can know.
 
-use crate::lanes::{Lanes, clip};
+use crate::lanes::{Bounded, Lanes, clip};
 use crate::powertrain::component::battery::{BatteryLimits, BatteryModel};
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
@@ -43,8 +43,8 @@ impl SplitModel {
     ) -> Lanes<S> {
         let gain = battery.capacity_j / self.charge_time_s;
         let wanted = demand + (self.target_charge - charge) * gain;
-        let most = (auxiliary + battery.charge_limits_w(charge, limits)).min(power_w);
-        wanted.max(0.0).min(most)
+        let most = (auxiliary + battery.charge_limits_w(charge, limits)).at_most(power_w);
+        wanted.at_least(0.0).at_most(most)
     }
 
     /// The filtered demand after some time, in s, with a demand, in W: the implicit step of the filter,

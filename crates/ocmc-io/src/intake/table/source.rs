@@ -9,13 +9,11 @@ use super::unit;
 use crate::input_file;
 use crate::intake::Finding;
 use crate::intake::format::{self, Content, Format};
-use arrow_array::{Array, ArrayRef, RecordBatchReader};
+use crate::records::parquet::columns;
 use flate2::read::MultiGzDecoder;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};
 use std::path::Path;
-use std::thread;
 
 /// Largest description, in bytes: it is read as a whole.
 const MOST_BYTES: u64 = 256 << 20;
@@ -193,10 +191,22 @@ fn decompressed(mut file: BufReader<File>) -> std::io::Result<(Box<dyn Read>, bo
     Ok(if start.starts_with(&[0x1f, 0x8b]) {
         (Box::new(MultiGzDecoder::new(file)), true)
     } else if start.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) {
-        (Box::new(zstd::Decoder::with_buffer(file)?), true)
+        (unpacked(file)?, true)
     } else {
         (Box::new(file), false)
     })
+}
+
+/// The text of a file that is compressed by zstd.
+#[cfg(feature = "files")]
+fn unpacked(file: BufReader<File>) -> std::io::Result<Box<dyn Read>> {
+    Ok(Box::new(zstd::Decoder::with_buffer(file)?))
+}
+
+/// Refuses a file that is compressed by zstd.
+#[cfg(not(feature = "files"))]
+fn unpacked(_file: BufReader<File>) -> std::io::Result<Box<dyn Read>> {
+    Err(std::io::Error::other("this program is built without zstd; compress it by gzip, or not"))
 }
 
 fn of_text(path: &Path, text: Box<dyn Read>, style: Style) -> Result<Opened, TableError> {
@@ -257,27 +267,9 @@ fn given(table: GivenTable) -> Opened {
 fn parquet(path: &Path) -> Result<Opened, TableError> {
     let failed = TableError::read(path);
     let file = input_file::open(path).map_err(failed)?;
-    // the library ends some damaged files by a panic, not by an error
-    let decoded = thread::spawn(move || decoded(file)).join();
-    let decoded = decoded.unwrap_or_else(|_| Err("it cannot be decoded".to_owned()));
-    let (names, pieces) = decoded.map_err(|reason| TableError::of(path, Fault::NoTable(reason)))?;
+    let columns = columns(file).map_err(|reason| TableError::of(path, Fault::NoTable(reason)));
+    let (names, pieces) = columns?;
     Ok(given(GivenTable::new(&path.to_string_lossy(), names, pieces)))
-}
-
-/// Names of columns, and columns in pieces.
-type Decoded = (Vec<String>, Vec<Vec<ArrayRef>>);
-
-fn decoded(file: File) -> Result<Decoded, String> {
-    let reader = ParquetRecordBatchReaderBuilder::try_new(file)
-        .and_then(ParquetRecordBatchReaderBuilder::build)
-        .map_err(|error| error.to_string())?;
-    let names = reader.schema().fields().iter().map(|field| field.name().clone()).collect();
-    let mut pieces = Vec::new();
-    for batch in reader {
-        pieces.push(batch.map_err(|error| error.to_string())?.columns().to_vec());
-    }
-    pieces.retain(|piece| piece.first().is_some_and(|column| !column.is_empty()));
-    Ok((names, pieces))
 }
 
 /// What the csv crate says, with the line that was being read.
