@@ -12,7 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from tab import Tab
+from tab import LONGEST_S, Tab
 
 from browser import chromium
 
@@ -156,6 +156,8 @@ class Check:
         self.settled()
         self.looks("3-compared")
         self.same_numbers(work / "electric")
+        if self.width == WIDTHS[0]:
+            self.other_files(work / "electric")
 
     def settled(self):
         """Wait until all trips are driven of what was asked last."""
@@ -190,6 +192,20 @@ class Check:
         if missing or len(shown) < 20:
             self.fault(f"{len(missing)} of {len(shown)} lines are not those of the command: {missing[:3]}")
         self.told.append(f"{len(shown)} lines of numbers as of the command")
+
+    def other_files(self, work):
+        """Save the spreadsheet and the report, and look at how they begin."""
+        for button, ending, begins in (("xlsx", "xlsx", b"PK"), ("report", "html", b"<!")):
+            self.tab.click(f"#save-{button}")
+            path = work / f"my-fleet.{ending}"
+            until = time.monotonic() + LONGEST_S
+            while not path.exists() and time.monotonic() < until:
+                time.sleep(0.1)
+            words = self.tab.value("document.getElementById('save-fault').textContent")
+            if not path.exists():
+                self.fault(f"the {button} does not come: {words}")
+            elif not path.read_bytes().lstrip().lower().startswith(begins.lower()):
+                self.fault(f"the {button} is none")
 
     def keys(self):
         """Reach every control by the Tab key alone, each with a visible focus."""

@@ -171,6 +171,7 @@ export function filesPanel(engine, places, on) {
             calibrated.set(name, nodes);
         },
         show(state) {
+            list.classList.toggle("many", known.length > 5);
             list.replaceChildren(...known.map(file => card(file, state)));
         },
     };

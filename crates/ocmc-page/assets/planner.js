@@ -231,6 +231,8 @@ export async function answerLoop(engine) {
                 extra: null,
                 curbT: null,
                 limiterKmh: null,
+                // no study is its own base
+                name: study.file === `${state.name}.toml` ? `${state.name}-2` : state.name,
             });
         files.show(state);
         if (list.length + gone > 0) refresh();

@@ -152,7 +152,7 @@ export function judgedLine(answer) {
             .slice(0, 3)
             .map(({ name, share }) => `${name.replaceAll("_", " ")} ${fixed(100 * share, 0)} %`);
         return (
-            `${is_same ? "" : "about "}± ${twoDigits(factor * judged.plus_minus)} ${unit} from numbers that were ` +
+            `${is_same ? "" : "About "}± ${twoDigits(factor * judged.plus_minus)} ${unit} from numbers that were ` +
             `judged, not measured (${shares.join(", ")}, …). That is not in the ± above.`
         );
     }

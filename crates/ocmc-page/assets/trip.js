@@ -243,5 +243,13 @@ function energy(columns, column) {
     });
     const fuel = sum("fuel_added_kg");
     if (fuel > 0) rows.unshift(["fuel, in kg", rounded(fuel), "-"]);
-    return table("Where the energy goes", ["", "kWh", "% of traction"], rows);
+    return element(
+        "div",
+        {},
+        table("Where the energy goes", ["", "kWh", "% of traction"], rows),
+        line(
+            "Traction is what drives the wheels; what braking gives back is not taken off.",
+            "soft",
+        ),
+    );
 }

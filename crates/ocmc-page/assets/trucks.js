@@ -181,7 +181,8 @@ export function trucksPanel(places, change) {
                 );
             }
             const currency = currencyOf(own);
-            for (const [key, , field] of prices) {
+            for (const [key, unit, field] of prices) {
+                field.unit(unit.replace("EUR", currency));
                 field.set(priceOf(state, own, key));
                 field.show(key !== "hydrogen_per_kg" || hasFuelCell(own));
             }
