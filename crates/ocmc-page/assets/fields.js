@@ -4,7 +4,7 @@ import { element } from "./dom.js";
 let made = 0;
 
 // A number with its unit, and a slider below it where `slide` is given.
-// of: {label, unit, min, max, step, slide, hint, onChange(value or null)}; gives {node, set(value, placeholder)}.
+// of: {label, unit, min, max, step, slide, hint, onChange(value or null)}.
 export function numberField(of) {
     const id = `field-${(made += 1)}`;
     const number = element("input", {

@@ -288,8 +288,9 @@ function calibrationWords(answer, name) {
     const { table, simulated, before, rows, left_out, trucks } = answer;
     return [
         line(
-            `${grouped(rows)} trips${trucks ? ` of ${grouped(trucks)} trucks` : ""}, ${grouped(left_out)} ` +
-                `left out: the table takes ${rounded(table.mean)} ${unit}, the calibrated study ${rounded(simulated.mean)}, ` +
+            `${grouped(rows)} trips${trucks ? ` of ${grouped(trucks)} trucks` : ""}, ` +
+                `${grouped(left_out)} left out: the table takes ${rounded(table.mean)} ${unit}, ` +
+                `the calibrated study ${rounded(simulated.mean)}, ` +
                 `the study with the table's loads took ${rounded(before)}.`,
         ),
         line(`It is there as ${name}, and the trucks start from it.`, "soft"),
