@@ -23,6 +23,7 @@ CRATES = [
     "ocmc-io",
     "ocmc-vecto",
     "ocmc-api",
+    "ocmc-page",
     "ocmc-cli",
     "ocmc-py",
 ]

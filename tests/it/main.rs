@@ -56,6 +56,7 @@ mod mixed_fleet;
 mod noisy_routes;
 mod odd_inputs;
 mod others_data;
+mod page;
 mod parts;
 mod precision;
 mod prescribed;

@@ -27,6 +27,14 @@ pub struct Noise {
     pub weight: f64,
 }
 
+/// 3 % of an amount are what a tank's gauge or a pump's rounding leave, 5 % of a weight those of a
+/// truck's axles (judgement).
+impl Default for Noise {
+    fn default() -> Self {
+        Self { amount: 0.03, weight: 0.05 }
+    }
+}
+
 impl Noise {
     pub(crate) fn check(&self) -> Result<(), Error> {
         for (name, value) in [("amount_noise", self.amount), ("weight_noise", self.weight)] {

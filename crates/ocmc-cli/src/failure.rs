@@ -18,6 +18,9 @@ pub(crate) enum Failure {
     /// JSON that asks nothing.
     #[error("{0}")]
     NoQuestion(String),
+    /// A page that cannot be served.
+    #[error("the page cannot be served: {0}")]
+    Page(String),
     /// A file that exists already.
     #[error("`{}` exists already", path.display())]
     Exists { path: PathBuf },

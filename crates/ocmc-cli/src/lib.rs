@@ -17,6 +17,7 @@ mod learn;
 mod log;
 mod mixed_fleet;
 mod output;
+mod page;
 mod progress;
 mod range;
 mod report;
@@ -51,6 +52,7 @@ use log::{CurvesArguments, IdentifyArguments};
 use ocmc_api::Error;
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::list;
+use page::PageArguments;
 use range::BatteryRangeArguments;
 use report::ReportArguments;
 use road::{RoadArguments, ValidateArguments};
@@ -115,6 +117,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
             "trace",
             "vecto",
             "ask",
+            "page",
         ],
     ),
     ("Describe", &["study", "cycle", "road"]),
@@ -194,6 +197,9 @@ enum Command {
     Sweep(SweepArguments),
     /// Answers a question that is JSON, in lines of JSON: for pages and other programs
     Ask(AskArguments),
+    /// Opens a page in the browser to ask with: drop routes and tables of trips, choose trucks, see what
+    /// the fleet uses
+    Page(PageArguments),
     /// Finds what the answer owes to numbers that nobody measured: each at both ends of its range
     Doubt(DoubtArguments),
     /// Costs a study: per trip, km, tkm, truck-year and whole life, item by item; or two of them
@@ -283,6 +289,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
         Some(Command::Sweep(arguments)) => sweep::sweep(arguments),
         Some(Command::Ask(arguments)) => ask::ask_question(arguments),
+        Some(Command::Page(arguments)) => page::page(arguments),
         Some(Command::Doubt(arguments)) => analysis::doubt(arguments),
         Some(Command::Cost(arguments)) => cost::cost(arguments),
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),

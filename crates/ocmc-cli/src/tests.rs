@@ -150,10 +150,12 @@ fn each_command_is_in_one_group_of_the_help() {
 }
 
 /// Commands that do not take one of the options that all take, and why.
-const WITHOUT: [(&str, &str, &[&str]); 8] = [
+const WITHOUT: [(&str, &str, &[&str]); 10] = [
     ("json", "print what is written, as it is", &["study show", "completions"]),
     ("json", "is JSON", &["study schema", "ask"]),
     ("threads", "has them in the question", &["ask"]),
+    ("threads", "uses all, and answers in a browser", &["page"]),
+    ("json", "answers in a browser", &["page"]),
     ("json", "write files, and have no answer", &["study init", "report", "man"]),
     (
         "threads",

@@ -1,5 +1,9 @@
 //! What a question is answered.
 
+use super::calibrated::CalibratedAnswer;
+use super::files::FilesAnswer;
+use super::study::StudyAnswer;
+use super::trip::TripAnswer;
 use crate::answer::Answer;
 use crate::bound::BoundAnswer;
 use crate::compare::CompareAnswer;
@@ -75,6 +79,14 @@ pub enum AskAnswer {
     Size(SizeAnswer),
     /// Of least energies.
     Bound(BoundAnswer),
+    /// Of files.
+    Files(FilesAnswer),
+    /// Of a study's keys.
+    Study(StudyAnswer),
+    /// Of a trip.
+    Trip(TripAnswer),
+    /// Of a calibration.
+    CalibrateTotals(CalibratedAnswer),
 }
 
 impl AskAnswer {
@@ -90,6 +102,8 @@ impl AskAnswer {
             Self::Range(answer) => answer.warnings(),
             Self::Size(answer) => answer.warnings(),
             Self::Bound(answer) => answer.warnings(),
+            Self::CalibrateTotals(answer) => answer.calibration.warnings(),
+            Self::Files(_) | Self::Study(_) | Self::Trip(_) => Vec::new(),
         }
     }
 }

@@ -1,11 +1,17 @@
 //! Questions as JSON, for pages and other programs: one object asks, and lines of objects answer:
 //! how far the work is, then the answer, which is that of the command's `--json`.
 
+mod calibrated;
+mod files;
 mod message;
 mod question;
 mod schema;
+mod study;
+mod thinned;
+mod trip;
 
 use crate::bound::{BoundRequest, bound};
+use crate::calibrate_totals::{CalibrateTotalsRequest, Noise, calibrate_totals};
 use crate::compare::{CompareRequest, compare};
 use crate::cost::{CostRequest, cost};
 use crate::doubt::{DoubtRequest, doubt};
@@ -15,18 +21,28 @@ use crate::mixed_fleet::{MixedFleetRequest, mixed_fleet};
 use crate::precision::precision;
 use crate::progress::{Progress, Watch};
 use crate::range::{RangeRequest, range};
-use crate::run::{Asked, CpuLevel, LAST_CYCLE_ID, MOST_THREADS, RunEnd, RunPlan, RunRequest, run};
+use crate::run::{
+    Asked, CpuLevel, LAST_CYCLE_ID, MOST_THREADS, RecordFormat, RunAnswer, RunEnd, RunPlan,
+    RunRequest, run,
+};
 use crate::sensitivity::{SensitivityRequest, sensitivity};
 use crate::size::{SizeRequest, size};
+use crate::source::{Source, mappings};
 use crate::study::{Files, Given, LoadedStudy, Opened, open, open_all};
 use crate::sweep::{SweepPoints, SweepRequest, sweep};
+pub use calibrated::CalibratedAnswer;
+use files::accounted;
+pub use files::{AccountedFile, FileKind, FilesAnswer, RouteEntry, RouteMap, RouteProfile};
 pub use message::{AskAnswer, Message, Reply, VERSION};
 pub use question::{
-    Ask, AskCompare, AskPair, AskPlan, AskRun, AskSensitivity, AskSize, AskStudy, AskSweep,
-    AskedStudy, GivenStudy, StudySource,
+    Ask, AskCalibrateTotals, AskCompare, AskFiles, AskPair, AskPlan, AskRun, AskSaid,
+    AskSensitivity, AskSize, AskStudy, AskSweep, AskTrip, AskedStudy, GivenStudy, StudySource,
 };
 pub use schema::ask_schema;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+pub use study::{StudyAnswer, said};
+pub use trip::TripAnswer;
+use trip::trip;
 
 /// Cycles where their number is not said.
 const CYCLES: u64 = 1000;
@@ -132,6 +148,30 @@ pub fn ask(question: &Ask, files: &Files, watch: &mut Watch) -> Result<Reply, Er
             let request = BoundRequest { study: &named(study)?.1, plan: planned(plan)? };
             AskAnswer::Bound(bound(&request, watch)?)
         }
+        Ask::Files(AskFiles { files: names }) => {
+            AskAnswer::Files(accounted(names.as_deref(), files)?)
+        }
+        Ask::Study(AskSaid { study, against }) => {
+            AskAnswer::Study(said(study, against.as_ref(), files)?)
+        }
+        Ask::Trip(AskTrip { study, cycle, seed }) => {
+            let one = AskPlan { cycles: Some(1), first_cycle: *cycle, ..AskPlan::default() };
+            planned(&one)?;
+            AskAnswer::Trip(trip(&named(study)?.1, *seed, *cycle))
+        }
+        Ask::CalibrateTotals(AskCalibrateTotals { study, table, map, seed }) => {
+            let (_, loaded) = named(study)?;
+            let request = CalibrateTotalsRequest {
+                trips: Source::File(files.path_of("table", table)?),
+                mappings: mappings(map)?,
+                study: &loaded,
+                noise: Noise::default(),
+                seed: *seed,
+                threads: None,
+            };
+            let answer = calibrate_totals(&request, watch)?;
+            AskAnswer::CalibrateTotals(CalibratedAnswer::new(&loaded, answer))
+        }
     };
     Ok(Reply::new(warnings, answer))
 }
@@ -167,10 +207,37 @@ fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Err
             return Ok(Reply::new(warnings, AskAnswer::Fleet(answer)));
         }
     };
+    let answer = run_loaded(asked, &loaded, None, watch)?;
+    Ok(Reply::new(loaded.warnings(), AskAnswer::Run(answer)))
+}
+
+/// Drives a run that was asked for, not one of groups, and keeps it in a directory.
+///
+/// # Errors
+/// Those of [`run`], and of the study.
+pub fn keep_run(
+    asked: &AskRun,
+    files: &Files,
+    directory: &Path,
+    watch: &mut Watch,
+) -> Result<RunAnswer, Error> {
+    let out = (directory.to_owned(), RecordFormat::Parquet);
+    run_loaded(asked, &opened(&asked.study, files)?, Some(out), watch)
+}
+
+/// Drives a run of a study.
+fn run_loaded(
+    asked: &AskRun,
+    loaded: &LoadedStudy,
+    out: Option<(PathBuf, RecordFormat)>,
+    watch: &mut Watch,
+) -> Result<RunAnswer, Error> {
+    let AskRun { trucks, precision: end, plan, .. } = asked;
+    let AskPlan { cycles, seed, first_cycle, threads } = *plan;
     let wrong = |error| Error::Precision(format!("`precision`: {error}"));
     let end = end.as_deref().map(|text| precision(text).map_err(wrong)).transpose()?;
     let asked = Asked {
-        loaded: Some(&loaded),
+        loaded: Some(loaded),
         seed: Some(seed),
         first_cycle: Some(first_cycle),
         cycles,
@@ -178,15 +245,15 @@ fn run_of(asked: &AskRun, files: &Files, watch: &mut Watch) -> Result<Reply, Err
         precision: end,
         ..Asked::default()
     };
-    let plan = within(asked.plan(&loaded, threads, None, CpuLevel::best()))?;
+    let plan = within(asked.plan(loaded, threads, None, CpuLevel::best()))?;
     let given = &GivenDrive::nothing();
-    let request = RunRequest { study: &loaded, given, plan, precision: asked.precision, out: None };
+    let request = RunRequest { study: loaded, given, plan, precision: asked.precision, out };
     let answer = run(&request, &mut |_| (), watch)?;
     if answer.ended == RunEnd::Interrupted {
         let (done, total) = (answer.summary.summary.cycles, plan.cycles);
         return Err(Error::Interrupted(Progress { what: "cycles", done, total }));
     }
-    Ok(Reply::new(loaded.warnings(), AskAnswer::Run(answer)))
+    Ok(answer)
 }
 
 /// The study.

@@ -29,6 +29,14 @@ pub enum Ask {
     Size(AskSize),
     /// The least energy for the same trips, as of `ocmc bound`.
     Bound(AskStudy),
+    /// What files are, and what is read of them.
+    Files(AskFiles),
+    /// What a study says.
+    Study(AskSaid),
+    /// One trip step by step, as of `ocmc trace`.
+    Trip(AskTrip),
+    /// A study calibrated to a table of trips, as of `ocmc calibrate totals`.
+    CalibrateTotals(AskCalibrateTotals),
 }
 
 /// A study: the name of a built-in one or of a file, or more than that.
@@ -236,4 +244,57 @@ pub struct AskSize {
     /// Cycles.
     #[serde(default)]
     pub plan: AskPlan,
+}
+
+/// Files.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AskFiles {
+    /// Their names; all of the folder that the program runs in by default.
+    #[serde(default)]
+    pub files: Option<Vec<String>>,
+}
+
+/// A study, and perhaps another one that it is compared with.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AskSaid {
+    /// The study.
+    pub study: AskedStudy,
+    /// The study of which the differences are told.
+    #[serde(default)]
+    pub against: Option<AskedStudy>,
+}
+
+/// A trip.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AskTrip {
+    /// The study.
+    pub study: AskedStudy,
+    /// Id of the cycle.
+    pub cycle: u64,
+    /// Master seed.
+    #[serde(default = "first_seed")]
+    pub seed: u64,
+}
+
+/// A calibration.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AskCalibrateTotals {
+    /// The study.
+    pub study: AskedStudy,
+    /// Name of the file with the table: one row a trip, or a fill.
+    pub table: String,
+    /// Which column is what, as of `--map`.
+    #[serde(default)]
+    pub map: Vec<String>,
+    /// Master seed.
+    #[serde(default = "first_seed")]
+    pub seed: u64,
+}
+
+fn first_seed() -> u64 {
+    AskPlan::default().seed
 }

@@ -26,9 +26,8 @@ pub(super) const ASKED: u64 = 24;
 const ENTRIES: usize = 20;
 /// Ends of a range, in scores, whose prior is N(0, 1): an end is one SD, as `doubt` adds its ends up.
 pub(super) const END: f64 = 1.0;
-/// How far the design reaches, in scores, and the SD of a uniform law that far.
+/// How far the design reaches, in scores.
 const REACH: f64 = 2.0;
-pub(super) const SPREAD: f64 = 1.154_700_538_379_251_5;
 /// How much nearer to what was judged scores become where no study has them, and how often.
 const NEARER: f64 = 0.9;
 const MOST_NEARER: usize = 20;

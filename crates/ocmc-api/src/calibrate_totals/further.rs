@@ -6,13 +6,14 @@ use crate::totals_rows::Rows;
 use ocmc_estimation::calibration::totals::{
     Emulator, Known, Member, Response, Shared, TotalsRow, expected,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Least that a column tells to be named: 2 % of an SD.
 const LEAST_GAIN: f64 = 0.02;
 
 /// A column that the table does not have.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Further {
     /// Name of the column, in words.
     pub column: &'static str,

@@ -20,7 +20,7 @@ use further::{Further, further};
 use judge::{Judged, judge};
 use matched::{CHECKED, Matched, ROUNDS_TRIPS, Target};
 use ocmc_estimation::calibration::totals::{
-    Emulator, Known, Member, MemberEmulator, Posterior, Response, Shared, TotalsRow, posterior,
+    Emulator, Known, Member, MemberEmulator, Posterior, Response, Shared, posterior, sign_of_breaks,
 };
 use ocmc_estimation::fit::fleet::{FleetOptions, FleetTable, fit};
 use ocmc_fleet::quantity::{NamedQuantity, shared_consumption};
@@ -30,6 +30,7 @@ use ocmc_io::label::label;
 use ocmc_io::number_text::count_of;
 use ocmc_io::study::{FittedPart, LoadedStudy};
 use ocmc_io::trip_totals::{self, TripTotal, TripTotals};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -73,7 +74,7 @@ pub struct CalibrateTotalsRequest<'a> {
 }
 
 /// The effect of a change.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Questioned {
     /// The change.
     pub question: Question,
@@ -86,7 +87,7 @@ pub struct Questioned {
 }
 
 /// The answer of a calibration to totals.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CalibrateTotalsAnswer {
     /// Rows that count.
     pub rows: usize,
@@ -233,13 +234,14 @@ pub(crate) fn calibrated(
     let before = Shape::of(quantity, &before).0.mean;
     let written = Written { design: &design, posterior: &found.posterior, scores: &scores };
     let part: FittedPart = written.part(study, &calibrated, factor.unwrap_or(1.0));
+    let all: Vec<Member> = members.iter().map(|driven| driven.member.clone()).collect();
     let judged = Judged {
         table: &table,
         rows: &rows,
         posterior: &found.posterior,
         curb_kg,
         level: [table_shape.mean, before],
-        speed: speed_above(&members, &rows),
+        breaks: sign_of_breaks(&all, &rows.totals),
         unit: label(quantity.column).0,
     };
     account.findings.extend(judge(&judged));
@@ -341,22 +343,6 @@ impl Found {
         };
         gross.into_iter().chain(self.known.responses.iter().map(of)).collect()
     }
-}
-
-/// How far the rows' mean of ln speed lies above that of the simulated fleets, in SDs of them.
-fn speed_above(driven: &[Driven], rows: &Rows) -> Option<f64> {
-    rows.responses.contains(&Response::Speed).then_some(())?;
-    let place = Response::Speed as usize;
-    let mean = |rows: &[TotalsRow]| {
-        rows.iter().map(|row| row.responses[place]).sum::<f64>() / rows.len() as f64
-    };
-    let fleets: Vec<f64> = driven.iter().map(|driven| mean(&driven.member.trips)).collect();
-    let n = fleets.len() as f64;
-    let centre = fleets.iter().sum::<f64>() / n;
-    let square = fleets.iter().map(|x| (x - centre) * (x - centre)).sum::<f64>() / n;
-    // the design is wider than the prior
-    let prior_sd = libm::sqrt(square) / design::SPREAD;
-    Some((mean(&rows.totals) - centre) / prior_sd)
 }
 
 /// Rows that count as independent: from what trucks and drivers differ by beyond what explains a

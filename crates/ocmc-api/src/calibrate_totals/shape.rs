@@ -2,6 +2,7 @@
 
 use ocmc_core::record::Record;
 use ocmc_fleet::quantity::NamedQuantity;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// SD of the error of a calibrated study's quantiles, as a share: 2 to 4 % of invented fleets
@@ -11,7 +12,7 @@ const STUDY_SD: f64 = 0.03;
 const WIDTH: f64 = 0.025;
 
 /// Mean, and quantiles over the trips.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Shape {
     /// Amount over distance of all.
     pub mean: f64,

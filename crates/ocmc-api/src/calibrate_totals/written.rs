@@ -5,6 +5,7 @@ use super::design::{Design, END};
 use super::question::scale;
 use ocmc_estimation::calibration::totals::Posterior;
 use ocmc_io::study::{Estimate, FittedPart, JudgedNumbers, LoadedStudy, MovedNumber};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -21,7 +22,7 @@ const MOST_SD: f64 = 0.9;
 const KEPT: f64 = 0.995;
 
 /// Judged numbers of a calibration.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CalibratedNumbers {
     /// Name of the entry.
     pub name: String,

@@ -8,6 +8,7 @@
 
 mod account;
 mod objects;
+mod places;
 mod route;
 mod stop_plan;
 mod track_file;
@@ -27,6 +28,7 @@ use std::io::Read;
 use std::path::Path;
 
 pub use account::{Account, account};
+pub use places::places_deg;
 pub(crate) use route::checked_noise;
 use stop_plan::StopPlan;
 

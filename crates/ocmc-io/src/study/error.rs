@@ -63,6 +63,11 @@ pub enum Cause {
          what is built in"
     )]
     FileRefused(String),
+    /// A file that lies outside the folder of those that may be read.
+    #[error(
+        "`{0}` names a file outside of the files that were given: allowed are their plain names"
+    )]
+    FileOutside(String),
     /// A directory.
     #[error("`{0}` is a directory, not a study file")]
     Directory(String),
@@ -214,7 +219,8 @@ impl Fault {
             | Cause::Missing { key, .. }
             | Cause::NoEntry { key, .. }
             | Cause::NotAllowed { key, .. }
-            | Cause::FileRefused(key) => Some(key),
+            | Cause::FileRefused(key)
+            | Cause::FileOutside(key) => Some(key),
             Cause::BaseChain { key, .. } => Some(key),
             Cause::NothingToDrop(_) => Some("study.drop"),
             _ => None,

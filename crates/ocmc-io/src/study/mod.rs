@@ -121,6 +121,11 @@ impl LoadedStudy {
         judged_effect::sorted(&self.judged)
     }
 
+    /// Its own keys, settings included, bases not resolved.
+    pub fn own(&self) -> serde_json::Value {
+        self.own.to_json()
+    }
+
     /// The files that it may name.
     pub fn files(&self) -> &Files {
         &self.files
@@ -302,7 +307,7 @@ pub fn open_all<S: AsRef<str>>(
     sets: &[S],
 ) -> Result<Opened, StudyFileError> {
     let (own, files, origin) = match *given {
-        Given::Named(name) if name == Path::new(STANDARD_INPUT) => {
+        Given::Named(name) if name == Path::new(STANDARD_INPUT) && files.take_standard_input() => {
             let source = Arc::new(standard_input()?);
             (Node::parse(&source)?, files.clone(), Origin::File(source.name.clone().into()))
         }
@@ -390,6 +395,11 @@ fn check(own: &Node, files: &Files) -> Result<Checked, StudyFileError> {
         StudyFileError::from(fault.at(node.any_place()))
     })?;
     Ok(Checked { model, study, notes, judged })
+}
+
+/// The text of a study file with these keys.
+pub fn study_text(keys: &serde_json::Value) -> String {
+    toml::to_string(keys).expect("a study is tables, lists, numbers and words")
 }
 
 /// The fully resolved study as TOML; it loads to the same study.

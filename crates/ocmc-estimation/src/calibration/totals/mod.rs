@@ -7,10 +7,12 @@
 //! ([`Posterior`]). Emulators of simulations with a discrepancy: M. C. Kennedy, A. O'Hagan, Bayesian
 //! calibration of computer models, Journal of the Royal Statistical Society B 63 (2001) \[PK\].
 
+mod breaks;
 mod emulator;
 mod posterior;
 mod ridge;
 
+pub use breaks::sign_of_breaks;
 pub use emulator::{Emulator, Known};
 pub use posterior::{Posterior, Shared, expected, posterior};
 pub use ridge::MemberEmulator;
