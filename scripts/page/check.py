@@ -131,9 +131,6 @@ class Check:
         tab.visit(address)
         first = tab.until("document.querySelector('#totals b')")
         self.told.append(f"first number {first:.2f} s after the page")
-        while tab.value("document.querySelectorAll('.file').length") > 0:
-            tab.value("document.querySelector('.file .top button:enabled')?.click()")
-            time.sleep(0.3)
         tab.until(DONE)
         self.looks("1-opened")
 
@@ -341,9 +338,9 @@ def main():
         return
     ocmc = str(Path(options.ocmc).resolve())
     begun, faults, told = time.monotonic(), [], {}
-    with tempfile.TemporaryDirectory(prefix="page-") as name, Served(ocmc, name) as served:
+    with tempfile.TemporaryDirectory(prefix="page-") as name:
         for width in WIDTHS:
-            with Tab(program) as tab:
+            with Served(ocmc, name) as served, Tab(program) as tab:
                 tab.size(width, 900)
                 check = Check(tab, ocmc, options, Path(name))
                 check.width = width
