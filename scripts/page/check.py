@@ -144,8 +144,12 @@ class Check:
         if tab.value("document.querySelectorAll('.file svg').length") < 2 * len(TRACKS):
             self.fault("a track has no sketch")
         self.settled()
+        self.drops()
         self.looks("2-files")
         self.same_numbers(work)
+        tab.click("#cost button")
+        tab.until("document.querySelector('#cost table')")
+        self.same_cost()
         tab.click("#electric")
         time.sleep(0.3)
         tab.until(f"{DONE} && {COMPARED}")
@@ -161,6 +165,23 @@ class Check:
         self.same_numbers(work / "electric")
         if self.width == WIDTHS[0]:
             self.other_files(work / "electric")
+
+    def drops(self):
+        """Drop a file on the window, and take it away again."""
+        tab = self.tab
+        tab.value(
+            """(() => {
+                const data = new DataTransfer();
+                data.items.add(new File(['no table'], 'note (1).txt'));
+                const options = {bubbles: true, cancelable: true, dataTransfer: data};
+                document.getElementById('drop').dispatchEvent(new DragEvent('drop', options));
+            })()"""
+        )
+        card = "[...document.querySelectorAll('.file')].find(e => e.textContent.includes('note'))"
+        tab.until(f"{card}?.querySelector(':scope > .warning')")
+        tab.value(f"{card}.querySelector('.top button').click()")
+        tab.until(f"!{card}")
+        self.settled()
 
     def settled(self):
         """Wait until all trips are driven of what was asked last."""
@@ -195,6 +216,14 @@ class Check:
         if missing or len(shown) < FEWEST_LINES:
             self.fault(f"{len(missing)} of {len(shown)} lines are not those of the command: {missing[:3]}")
         self.told.append(f"{len(shown)} lines of numbers as of the command")
+
+    def same_cost(self):
+        """Compare the sum of the items with the total of the answer."""
+        item = "[...document.querySelectorAll('#cost tbody tr')].at(-1).cells[1].textContent"
+        total = "document.querySelector('[data-total=cost] b').textContent.split(' ')[0]"
+        found, answered = self.tab.value(item), self.tab.value(total)
+        if found != answered:
+            self.fault(f"the items cost {found}, the fleet {answered}")
 
     def other_files(self, work):
         """Save the spreadsheet and the report, and look at how they begin."""

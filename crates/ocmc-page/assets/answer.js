@@ -121,8 +121,8 @@ function card({ name, unit, total, half, key }, trucks, look) {
 // Makes clear that what stands there is no longer what was asked; behind a first look all but the
 // totals.
 export function grow(old, isLook = false) {
-    byId("totals").classList.toggle("old", old && !isLook);
-    for (const name of ["parts", "tables", "compare", "trip", "doubt"]) {
+    for (const name of ["totals", "bar"]) byId(name).classList.toggle("old", old && !isLook);
+    for (const name of ["parts", "tables", "compare", "trip", "doubt", "cost"]) {
         byId(name).classList.toggle("old", old);
     }
 }

@@ -2,6 +2,7 @@
 import { grow, showAnswer } from "./answer.js";
 import { comparison } from "./compare.js";
 import { byId, line, fault, isAbort, show } from "./dom.js";
+import { costPanel } from "./cost.js";
 import { doubtPanel } from "./doubt.js";
 import { filesPanel } from "./files.js";
 import { grouped, rounded } from "./format.js";
@@ -64,6 +65,7 @@ export async function answerLoop(engine) {
     const trip = tripPanel(engine, current);
     const range = rangePanel(engine, current);
     const doubt = doubtPanel(engine, current);
+    const cost = costPanel(engine, current);
     const save = savePanel(engine, current, name => {
         state.name = name;
         refresh();
@@ -167,6 +169,7 @@ export async function answerLoop(engine) {
         range.forget();
         trip.changed();
         doubt.changed();
+        cost.changed();
         buttons();
         if (kept) compared.show(kept, whole);
     }
@@ -271,7 +274,7 @@ export async function answerLoop(engine) {
 
     byId("where").textContent =
         engine.kind === "native"
-            ? "Everything stays on this computer; a reload forgets it."
+            ? "Everything stays on this computer; a reload forgets what is set here."
             : "It runs in this tab: no file leaves it; a reload forgets it.";
     buttons();
     refresh();

@@ -76,7 +76,7 @@ export function trucksPanel(places, change) {
     const trips = numberField({
         label: "Trips of a truck",
         unit: "a week",
-        min: 0.1,
+        min: 0.5,
         step: 0.5,
         onChange: value => change("tripsAWeek", value !== null && value > 0 ? value : null),
     });
