@@ -6,7 +6,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "guide"))
 
-from browser import Browser
+from browser import Browser, chromium
+
+__all__ = ["LONGEST_S", "Tab", "chromium"]
 
 LONGEST_S = 120.0
 

@@ -1,4 +1,4 @@
-// The answer: totals of the fleet's year first, then where they come from, then how trips are spread.
+// The answer: totals of the fleet's year first, then where they come from and how trips are spread.
 import { byId, element, line, say, show } from "./dom.js";
 import { consumptionOf, grouped, label, rough, rounded, totalsOf } from "./format.js";
 import { bars, clear, redraw } from "./plot.js";
@@ -43,9 +43,9 @@ export function showAnswer(message, trucks, look) {
     );
     const judged = judgedLine(answer);
     const means = look
-        ? `± is what this first look leaves open. The rest of the ${grouped(look.of)} trips follows.`
-        : "Behind ± lies where another fleet of as many such trucks would lie: other drivers, other weather, " +
-          "other loads of the same kind.";
+        ? `± is what this first look leaves open; the rest of the ${grouped(look.of)} trips follows.`
+        : "Behind ± lies where another fleet of as many such trucks would lie: other drivers, " +
+          "other weather, other loads of the same kind.";
     byId("judged").replaceChildren(
         line(means, "soft"),
         element("p", { id: "consumption" }, consumptionLine(answer)),
@@ -65,8 +65,8 @@ export function showAnswer(message, trucks, look) {
     const byTruck = answer.trucks
         ? [
               statisticsTable(
-                  `By truck: ${grouped(answer.trucks.trucks)} trucks, totals over totals of each truck's ` +
-                      "year",
+                  `By truck: ${grouped(answer.trucks.trucks)} trucks, ` +
+                      "totals over totals of each truck's year",
                   answer.trucks.truck_years,
                   cutShort,
               ),
@@ -89,7 +89,8 @@ export function showAnswer(message, trucks, look) {
     ]);
     const spoken = totals.map(
         ({ name, total, unit, half }) =>
-            `${name} ${rounded(total)}${half === null ? "" : ` plus or minus ${rough(half)}`} ${unit}`,
+            `${name} ${rounded(total)}` +
+            `${half === null ? "" : ` plus or minus ${rough(half)}`} ${unit}`,
     );
     say(`${grouped(answer.cycles)} trips driven: ${spoken.join(", ")}`);
 }
@@ -120,8 +121,8 @@ function card({ name, unit, total, half, key }, trucks, look) {
 // Makes clear that what stands there is no longer what was asked; behind a first look all but the
 // totals.
 export function grow(old, isLook = false) {
-    byId("totals").classList.toggle("old", old && !isLook);
-    for (const name of ["parts", "tables", "compare", "trip", "doubt"]) {
+    for (const name of ["totals", "bar"]) byId(name).classList.toggle("old", old && !isLook);
+    for (const name of ["parts", "tables", "compare", "trip", "doubt", "cost"]) {
         byId(name).classList.toggle("old", old);
     }
 }
@@ -157,7 +158,8 @@ function spread(answer, look) {
     show(figure, true);
     const [unit, factor] = label(column);
     const words =
-        `Of the trips, 5 % take less than ${rounded(factor * own.p5)} ${unit}, half of them less than ` +
+        `Of the trips, 5 % take less than ${rounded(factor * own.p5)} ${unit}, half of them ` +
+        "less than " +
         `${rounded(factor * own.p50)}, and 5 % more than ${rounded(factor * own.p95)}.`;
     figure.querySelector("figcaption").textContent = words;
     redraw(

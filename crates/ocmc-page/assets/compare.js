@@ -2,6 +2,7 @@
 import { byId, element, line, fault, isAbort, table } from "./dom.js";
 import {
     decimalsFor,
+    fixed,
     grouped,
     half,
     label,
@@ -83,7 +84,7 @@ function totalsTable(a, b) {
     keys.sort((one, other) => placeOf(one) - placeOf(other));
     const print = total =>
         total
-            ? `${rounded(total.total)}${total.half === null ? "" : ` ± ${rough(total.half)}`}`
+            ? `${rounded(total.total)}${total.half === null ? "" : ` ±\u00a0${rough(total.half)}`}`
             : "-";
     const rows = keys.map(key => {
         const [left, right] = [find(of, key), find(with_, key)];
@@ -102,6 +103,14 @@ function changeText(a, b) {
     return `${change < 0 ? "" : "+"}${rounded(change)}${share}`;
 }
 
+// A difference with half its interval, and its share of A.
+function pairText(difference, width, a) {
+    const digits = width === null ? 4 : decimalsFor(width);
+    const interval = width === null ? "" : ` ±\u00a0${fixed(width, digits)}`;
+    const share = a ? ` (${signed((100 * difference) / a, 2)}\u00a0%)` : "";
+    return signed(difference, digits) + interval + share;
+}
+
 // Paired differences: the interval is that of the difference.
 function pairsTable(answers) {
     const rows = answers
@@ -110,32 +119,26 @@ function pairsTable(answers) {
             const [name, factor] = label(answer.column);
             const better = answer.adjusted ?? answer;
             const width = better.ci95 ? factor * half(better.ci95) : null;
-            const digits = decimalsFor(width ?? 0);
-            const change =
-                `${signed(factor * better.difference, digits)}` +
-                (width === null ? "" : ` ± ${width.toFixed(digits)}`);
-            const share = answer.a ? ` (${signed((100 * better.difference) / answer.a, 2)} %)` : "";
             const lower = answer.share_a_lower ?? null;
             const b = lower === null ? "-" : percent(1 - lower - (answer.share_equal ?? 0));
             return [
                 name,
                 rounded(factor * answer.a),
                 rounded(factor * answer.b),
-                change + share,
+                pairText(factor * better.difference, width, factor * answer.a),
                 b,
             ];
         });
     const cost = answers[0].cost;
     if (cost) {
         const { a, b, difference, difference_ci95 } = cost.per_km;
-        const width = difference_ci95 ? ` ± ${rough(half(difference_ci95))}` : "";
-        const share = a ? ` (${signed((100 * difference) / a, 2)} %)` : "";
+        const width = difference_ci95 ? half(difference_ci95) : null;
         const lower = 1 - (cost.share_of_trips_a_cheaper ?? 0);
         rows.push([
             `${cost.currency}/km`,
             rounded(a),
             rounded(b),
-            `${difference < 0 ? "" : "+"}${rounded(difference)}${width}${share}`,
+            pairText(difference, width, a),
             percent(lower),
         ]);
     }
@@ -154,7 +157,7 @@ function remarks(answers) {
         const [name, factor] = label(first.column);
         const digits = decimalsFor(factor * judged);
         lines.push(
-            `± ${(factor * judged).toFixed(digits)} ${name} of that difference from the ` +
+            `± ${fixed(factor * judged, digits)} ${name} of that difference from the ` +
                 `${first.judged.moved.length} judged numbers that matter most.`,
         );
     }
@@ -165,12 +168,18 @@ function remarks(answers) {
     return lines.map(text => line(text));
 }
 
+// A key that may be broken behind its dots.
+function keyText(key) {
+    const parts = key.split(/(?<=[._])/);
+    return element("code", {}, ...parts.flatMap(part => [part, element("wbr")]));
+}
+
 function differences(keys) {
     const brief = value => lawWords(value);
     const rows = keys.map(({ key, a, b, ratio }) => {
         const change =
-            ratio === null || ratio === undefined ? "" : `${signed(100 * (ratio - 1), 1)} %`;
-        return [element("code", {}, key), brief(a), brief(b), change];
+            ratio === null || ratio === undefined ? "" : `${signed(100 * (ratio - 1), 1)}\u00a0%`;
+        return [keyText(key), brief(a), brief(b), change];
     });
     const most = 8;
     const head = ["key", "A", "B", ""];

@@ -1,4 +1,4 @@
-// The engine is the program that served the page; addresses are relative, so that they carry its token.
+// The engine is the program that served the page; relative addresses carry its token.
 
 async function reasonOf(response) {
     const text = (await response.text()).trim();

@@ -4,7 +4,7 @@ import { element } from "./dom.js";
 let made = 0;
 
 // A number with its unit, and a slider below it where `slide` is given.
-// of: {label, unit, min, max, step, slide, hint, onChange(value or null)}; gives {node, set(value, placeholder)}.
+// of: {label, unit, min, max, step, slide, hint, onChange(value or null)}.
 export function numberField(of) {
     const id = `field-${(made += 1)}`;
     const number = element("input", {
@@ -28,11 +28,12 @@ export function numberField(of) {
             oninput: () => typed(slider),
         });
     slider?.setAttribute("aria-label", `${of.label}, ${of.unit}`);
+    const unit = element("span", { class: "unit" }, of.unit);
     const node = element(
         "div",
         { class: "field" },
         element("label", { for: id }, of.label),
-        element("span", { class: "number" }, number, element("span", { class: "unit" }, of.unit)),
+        element("span", { class: "number" }, number, unit),
         slider ?? null,
         hint,
     );
@@ -58,6 +59,9 @@ export function numberField(of) {
             hint.textContent = text;
             hint.hidden = !text;
         },
+        unit(text) {
+            unit.textContent = text;
+        },
         show(is) {
             node.hidden = !is;
         },
@@ -81,22 +85,27 @@ export function choiceField(label, onChange) {
         select,
         hint,
     );
+    let shown = "";
     return {
         node,
         set(groups, value) {
-            const options = groups
-                .filter(([, choices]) => choices.length > 0)
-                .map(([name, choices]) => {
-                    const all = choices.map(([of, words]) =>
-                        element("option", { value: of }, words),
-                    );
-                    return name ? element("optgroup", { label: name }, ...all) : all;
-                });
-            select.replaceChildren(...options.flat());
+            // a list that is open stays so
+            if (JSON.stringify(groups) !== shown) fill(groups);
             select.value = value;
         },
         hint(text) {
             hint.textContent = text;
         },
     };
+
+    function fill(groups) {
+        shown = JSON.stringify(groups);
+        const options = groups
+            .filter(([, choices]) => choices.length > 0)
+            .map(([name, choices]) => {
+                const all = choices.map(([of, words]) => element("option", { value: of }, words));
+                return name ? element("optgroup", { label: name }, ...all) : all;
+            });
+        select.replaceChildren(...options.flat());
+    }
 }

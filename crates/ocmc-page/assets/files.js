@@ -123,7 +123,7 @@ export function filesPanel(engine, places, on) {
         });
         const weight = element("input", {
             type: "number",
-            min: "0.1",
+            min: "1",
             step: "1",
             value: String(route?.weight ?? 1),
             inputmode: "decimal",
@@ -132,6 +132,8 @@ export function filesPanel(engine, places, on) {
                 if (value > 0) on.route(file.file, { weight: value });
             },
         });
+        use.setAttribute("aria-label", `Drive it: ${file.file}`);
+        weight.setAttribute("aria-label", `as often as, ${file.file}`);
         return element(
             "div",
             { class: "drive" },
@@ -171,6 +173,7 @@ export function filesPanel(engine, places, on) {
             calibrated.set(name, nodes);
         },
         show(state) {
+            list.classList.toggle("many", known.length > 5);
             list.replaceChildren(...known.map(file => card(file, state)));
         },
     };

@@ -3,7 +3,7 @@ import { isAbort } from "./dom.js";
 import { lookQuestion, runQuestion, tripsAYear } from "./study.js";
 
 // Trips of the first looks; a later one only where the whole is much longer.
-const FIRST = { native: 100, tab: 60 };
+const FIRST = 60;
 const SECOND = 1000;
 // How long a change has to stand before all trips are driven, and a look may take, in ms.
 const SETTLED = 250;
@@ -22,8 +22,8 @@ const wait = (ms, signal) =>
         );
     });
 
-// `on`: {ownOf(state) -> promise of values, look(message, look), progress({done, total}), final(message,
-// question, state), begun(), failed(reason)}
+// `on`: {ownOf(state) -> promise of values, begun(), look(message, look, state), progress(message),
+// final(message, question, state, own), failed(reason)}
 export function live(engine, on) {
     let newest = null;
     let looking = null;
@@ -46,12 +46,7 @@ export function live(engine, on) {
             looking = { since: performance.now(), control: new AbortController() };
             try {
                 const own = await on.ownOf(state);
-                const look = await ask(
-                    state,
-                    own,
-                    FIRST[engine.kind] ?? 60,
-                    looking.control.signal,
-                );
+                const look = await ask(state, own, FIRST, looking.control.signal);
                 if (look) on.look(...look);
                 if (!newest) drive(state, own);
             } catch (error) {

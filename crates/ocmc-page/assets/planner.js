@@ -2,6 +2,7 @@
 import { grow, showAnswer } from "./answer.js";
 import { comparison } from "./compare.js";
 import { byId, line, fault, isAbort, show } from "./dom.js";
+import { costPanel } from "./cost.js";
 import { doubtPanel } from "./doubt.js";
 import { filesPanel } from "./files.js";
 import { grouped, rounded } from "./format.js";
@@ -64,6 +65,7 @@ export async function answerLoop(engine) {
     const trip = tripPanel(engine, current);
     const range = rangePanel(engine, current);
     const doubt = doubtPanel(engine, current);
+    const cost = costPanel(engine, current);
     const save = savePanel(engine, current, name => {
         state.name = name;
         refresh();
@@ -167,6 +169,7 @@ export async function answerLoop(engine) {
         range.forget();
         trip.changed();
         doubt.changed();
+        cost.changed();
         buttons();
         if (kept) compared.show(kept, whole);
     }
@@ -231,6 +234,8 @@ export async function answerLoop(engine) {
                 extra: null,
                 curbT: null,
                 limiterKmh: null,
+                // no study is its own base
+                name: study.file === `${state.name}.toml` ? `${state.name}-2` : state.name,
             });
         files.show(state);
         if (list.length + gone > 0) refresh();
@@ -269,7 +274,7 @@ export async function answerLoop(engine) {
 
     byId("where").textContent =
         engine.kind === "native"
-            ? "Everything stays on this computer; a reload forgets it."
+            ? "Everything stays on this computer; a reload forgets what is set here."
             : "It runs in this tab: no file leaves it; a reload forgets it.";
     buttons();
     refresh();
@@ -286,8 +291,9 @@ function calibrationWords(answer, name) {
     const { table, simulated, before, rows, left_out, trucks } = answer;
     return [
         line(
-            `${grouped(rows)} trips${trucks ? ` of ${grouped(trucks)} trucks` : ""}, ${grouped(left_out)} ` +
-                `left out: the table takes ${rounded(table.mean)} ${unit}, the calibrated study ${rounded(simulated.mean)}, ` +
+            `${grouped(rows)} trips${trucks ? ` of ${grouped(trucks)} trucks` : ""}, ` +
+                `${grouped(left_out)} left out: the table takes ${rounded(table.mean)} ${unit}, ` +
+                `the calibrated study ${rounded(simulated.mean)}, ` +
                 `the study with the table's loads took ${rounded(before)}.`,
         ),
         line(`It is there as ${name}, and the trucks start from it.`, "soft"),

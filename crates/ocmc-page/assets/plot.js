@@ -1,4 +1,4 @@
-// Plots: uPlot in the colours of the page, as wide as their place, with words for those who do not see.
+// Plots: uPlot in the colours of the page, as wide as their place, with words for screen readers.
 import uPlot from "./vendor/uPlot.esm.js";
 
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -37,7 +37,8 @@ function axis(name, unit, side, values) {
     };
 }
 
-// Draws, in place of what was drawn there. `of`: {data, series: [{name, colour, fill, dash, paths, width}],
+// Draws, in place of what was drawn there.
+// `of`: {data, series: [{name, colour, fill, down, dash, paths, width}],
 // x, y (names with units), height, words, range, sync}.
 export function draw(place, of) {
     clear(place);

@@ -67,7 +67,8 @@ export function rangePanel(engine, current) {
         const box = element("div", { class: "plot" });
         const { curve: shares } = answer;
         const at = share => km(answer.arriving.find(one => one.share === share)?.range_m);
-        const words = `95 % of the trips arrive up to ${at(0.95)} km, half of them up to ${at(0.5)} km.`;
+        const words =
+            `95 % of the trips arrive up to ${at(0.95)} km, ` + `half of them up to ${at(0.5)} km.`;
         place.append(
             line(words, "lead"),
             element(
@@ -77,7 +78,8 @@ export function rangePanel(engine, current) {
                 element(
                     "figcaption",
                     {},
-                    "From the charge at departure to the lowest charge that the study allows; dashed: 95 % interval of the " +
+                    "From the charge at departure to the lowest charge that the study allows; " +
+                        "dashed: 95 % interval of the " +
                         "chance of trips, not of how right the study is.",
                 ),
             ),

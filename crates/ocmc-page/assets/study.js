@@ -1,4 +1,4 @@
-// What the planner has said, as the keys of a study file; nothing that was left as it was is written.
+// What the planner has said, as the keys of a study file; what was left as it was is not written.
 import { moments, scaled } from "./laws.js";
 import { tidy } from "./format.js";
 
@@ -182,7 +182,7 @@ export const runQuestion = (state, own) => ({
 // A part of the fleet's year that is soon driven, and the factor from its totals to the year's.
 export function lookQuestion(state, own, wanted) {
     const trips = tripsAYear(state, own);
-    const trucks = Math.min(state.trucks, 40);
+    const trucks = Math.min(state.trucks, 30);
     const each = Math.min(trips, Math.max(2, Math.round(wanted / trucks)));
     const question = {
         ask: "run",

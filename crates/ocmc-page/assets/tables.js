@@ -11,6 +11,7 @@ import {
     percent,
     rounded,
     short,
+    tidy,
     twoDigits,
 } from "./format.js";
 
@@ -134,7 +135,8 @@ export function componentLines(answer) {
     const whole = share => `${fixed(100 * share, 0)} %`;
     return [
         `${name}: SD ${sd(between_sd)} between trucks, ${sd(within_sd)} between trips of a truck.`,
-        `Trucks are ${whole(share_of_trips)} of the variance of trips, and ${whole(share_of_means)} of that ` +
+        `Trucks are ${whole(share_of_trips)} of the variance of trips, and ` +
+            `${whole(share_of_means)} of that ` +
             "of a truck's mean.",
         `SD of truck-months ${of(trucks.truck_months)}, of truck-years ${of(trucks.truck_years)}.`,
     ];
@@ -152,7 +154,8 @@ export function judgedLine(answer) {
             .slice(0, 3)
             .map(({ name, share }) => `${name.replaceAll("_", " ")} ${fixed(100 * share, 0)} %`);
         return (
-            `${is_same ? "" : "about "}± ${twoDigits(factor * judged.plus_minus)} ${unit} from numbers that were ` +
+            `${is_same ? "" : "About "}± ${twoDigits(factor * judged.plus_minus)} ${unit} ` +
+            "from numbers that were " +
             `judged, not measured (${shares.join(", ")}, …). That is not in the ± above.`
         );
     }
@@ -173,7 +176,8 @@ export function consumptionLine(answer) {
     const plain = own.ci95 ? `${print(own.mean)} ± ${print(half(own.ci95))}` : print(own.mean);
     if (!own.adjusted) return `${name}: ${plain}`;
     return (
-        `${name}: ${print(own.adjusted.mean)} ± ${print(half(own.adjusted.ci95))} adjusted for what was drawn, ` +
+        `${name}: ${print(own.adjusted.mean)} ± ${print(half(own.adjusted.ci95))} ` +
+        "adjusted for what was drawn, " +
         `${plain} plain.`
     );
 }
@@ -186,9 +190,10 @@ export function arrivalLines(answer) {
         const trips =
             k === 0
                 ? "Trucks of which all trips arrive"
-                : `Trucks of which ${Number((100 * of.share_of_trips).toPrecision(6))} % of the trips arrive`;
+                : `Trucks of which ${tidy(100 * of.share_of_trips)} % of the trips arrive`;
         lines.push(
-            `${trips}: ${grouped(of.trucks)} of ${grouped(of.of)} (${low} to ${high} % of such trucks)`,
+            `${trips}: ${grouped(of.trucks)} of ${grouped(of.of)} ` +
+                `(${low} to ${high} % of such trucks)`,
         );
     }
     const failed = Object.entries(answer.outcomes).filter(
@@ -206,7 +211,8 @@ export function arrivalLines(answer) {
     }
     if (answer.payloads_cut > 0) {
         lines.push(
-            `${percent(answer.payloads_cut / answer.cycles)} % of the loads were cut at the legal gross mass.`,
+            `${percent(answer.payloads_cut / answer.cycles)} % of the loads were cut ` +
+                "at the legal gross mass.",
         );
     }
     return lines;

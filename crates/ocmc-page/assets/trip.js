@@ -54,7 +54,8 @@ export function tripPanel(engine, current) {
         clearIn(place);
         const { head, plots, energy } = picture(columns);
         const truck = now.perTruck
-            ? `trip ${(cycle % now.perTruck) + 1} of truck ${Math.floor(cycle / now.perTruck) + 1}: `
+            ? `Trip ${(cycle % now.perTruck) + 1} of ` +
+              `truck ${Math.floor(cycle / now.perTruck) + 1}: `
             : "";
         place.replaceChildren(line(truck + head));
         for (const plot of plots) {
@@ -96,7 +97,9 @@ function picture(columns) {
         values.reduce((high, value) => Math.max(high, value ?? -Infinity), -Infinity);
     const duration = columns.time_s.at(-1);
     const mean = (3.6 * columns.position_m.at(-1)) / duration;
-    const head = `${rounded(km.at(-1))} km in ${fixed(duration / 3600, 2)} h, ${fixed(mean, 1)} km/h in the mean.`;
+    const head =
+        `${rounded(km.at(-1))} km in ${fixed(duration / 3600, 2)} h, ` +
+        `${fixed(mean, 1)} km/h in the mean.`;
     const plots = [];
     const add = (title, y, height, words, series, data, more = {}) =>
         plots.push({
@@ -118,7 +121,8 @@ function picture(columns) {
         "Speed",
         "km/h",
         230,
-        `Speed along the way, up to ${fixed(most(speed), 0)} km/h${limit ? ", with the limit" : ""}.`,
+        `Speed along the way, up to ${fixed(most(speed), 0)} km/h` +
+            `${limit ? ", with the limit" : ""}.`,
         speeds,
         limit ? [limit, speed] : [speed],
         { yRange: (_, low, high) => [0, 1.05 * high] },
@@ -131,7 +135,8 @@ function picture(columns) {
             "Altitude",
             "m",
             150,
-            `Altitude over that of the start, from ${fixed(low, 0)} to ${fixed(most(altitude), 0)} m.`,
+            `Altitude over that of the start, from ${fixed(low, 0)} to ` +
+                `${fixed(most(altitude), 0)} m.`,
             [{ name: "altitude over the start", colour: "--bar", fill: "--band", down: true }],
             [altitude],
         );
@@ -243,5 +248,13 @@ function energy(columns, column) {
     });
     const fuel = sum("fuel_added_kg");
     if (fuel > 0) rows.unshift(["fuel, in kg", rounded(fuel), "-"]);
-    return table("Where the energy goes", ["", "kWh", "% of traction"], rows);
+    return element(
+        "div",
+        {},
+        table("Where the energy goes", ["", "kWh", "% of traction"], rows),
+        line(
+            "Traction is what drives the wheels; what braking gives back is not taken off.",
+            "soft",
+        ),
+    );
 }

@@ -76,7 +76,7 @@ export function trucksPanel(places, change) {
     const trips = numberField({
         label: "Trips of a truck",
         unit: "a week",
-        min: 0.1,
+        min: 0.5,
         step: 0.5,
         onChange: value => change("tripsAWeek", value !== null && value > 0 ? value : null),
     });
@@ -181,7 +181,8 @@ export function trucksPanel(places, change) {
                 );
             }
             const currency = currencyOf(own);
-            for (const [key, , field] of prices) {
+            for (const [key, unit, field] of prices) {
+                field.unit(unit.replace("EUR", currency));
                 field.set(priceOf(state, own, key));
                 field.show(key !== "hydrogen_per_kg" || hasFuelCell(own));
             }

@@ -38,6 +38,7 @@ const fn asset(name: &'static str, kind: &'static str, bytes: &'static [u8]) -> 
 const ASSETS: &[Asset] = &[
     asset("answer.js", SCRIPT, include_bytes!("../assets/answer.js")),
     asset("compare.js", SCRIPT, include_bytes!("../assets/compare.js")),
+    asset("cost.js", SCRIPT, include_bytes!("../assets/cost.js")),
     asset("dom.js", SCRIPT, include_bytes!("../assets/dom.js")),
     asset("doubt.js", SCRIPT, include_bytes!("../assets/doubt.js")),
     asset("engine-native.js", SCRIPT, include_bytes!("../assets/engine-native.js")),
