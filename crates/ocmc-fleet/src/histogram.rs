@@ -1,5 +1,8 @@
 //! Counts of a sample in bins whose edges are round numbers.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// Bins that a histogram has at most, those for the tails not counted.
 pub const LARGEST_NUMBER_OF_BINS: usize = 20;
 
@@ -8,7 +11,7 @@ pub const LARGEST_NUMBER_OF_BINS: usize = 20;
 const TAIL: f64 = 0.005;
 
 /// A histogram: equal bins between round edges, and what lies outside them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Histogram {
     /// Edges, one more than bins.
     pub edges: Vec<f64>,

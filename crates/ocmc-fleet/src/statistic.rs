@@ -152,6 +152,9 @@ impl Serialize for Statistic {
         for quantile in &self.quantiles {
             map.serialize_entry(&format!("{}_ci95", quantile.name), &quantile.ci95)?;
         }
+        if let Some(histogram) = &self.histogram {
+            map.serialize_entry("histogram", histogram)?;
+        }
         if let Some(adjusted) = &self.adjusted {
             map.serialize_entry("adjusted", adjusted)?;
         }

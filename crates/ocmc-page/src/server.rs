@@ -13,6 +13,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+/// Letters of what a tab calls itself that count.
+const MOST_TAB: usize = 40;
 /// Connections at a time.
 const MOST_CONNECTIONS: usize = 64;
 /// Time between two messages of how far the work is.
@@ -162,6 +164,8 @@ fn answer(
     request: &Request,
 ) -> Result<(), Refusal> {
     let path = decoded(guard.admit(request)?)?;
+    let tab = request.header("x-ocmc-tab").unwrap_or_default();
+    let tab = tab.get(..MOST_TAB).unwrap_or(tab);
     match (&*request.method, path.split_once('/').unwrap_or((&path, ""))) {
         ("GET", ("alive", "")) => {
             tabs.open.fetch_add(1, Ordering::Relaxed);
@@ -188,11 +192,11 @@ fn answer(
         ("POST", ("ask", "")) => {
             let question = connection.read_body(request)?;
             let _ = connection.begin(200, LINES);
-            converse(session, connection, &question);
+            converse(session, connection, tab, &question);
         }
         ("POST", ("save", name @ ("report.html" | "fleet.xlsx" | "study.toml"))) => {
             let question = connection.read_body(request)?;
-            let saved = session.save(name, &question, &mut || connection.is_closed());
+            let saved = session.save(name, tab, &question, &mut || connection.is_closed());
             match saved {
                 Ok(bytes) => connection.answer(200, "application/octet-stream", &bytes),
                 Err(reason) => connection.answer(422, TEXT, reason.as_bytes()),
@@ -205,7 +209,7 @@ fn answer(
 }
 
 /// Answers a question in lines of JSON.
-fn converse(session: &Session, connection: &mut Connection, question: &[u8]) {
+fn converse(session: &Session, connection: &mut Connection, tab: &str, question: &[u8]) {
     let connection = std::cell::RefCell::new(connection);
     let mut told = Instant::now();
     let mut say = |message: &Message| {
@@ -218,7 +222,7 @@ fn converse(session: &Session, connection: &mut Connection, question: &[u8]) {
         let text = serde_json::to_string(message).expect("numbers, and keys that are words");
         connection.borrow_mut().write(format!("{text}\n").as_bytes()).is_ok()
     };
-    session.ask(question, &mut say, &mut || connection.borrow().is_closed());
+    session.ask(tab, question, &mut say, &mut || connection.borrow().is_closed());
 }
 
 /// A path without its escapes.

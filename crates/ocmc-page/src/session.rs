@@ -20,8 +20,8 @@ const MOST_NAME: usize = 200;
 const MOST_FILES: usize = 500;
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Kind of a question, and whether its answer is saved.
-type Kind = (Discriminant<Ask>, bool);
+/// Kind of a question, whether its answer is saved, and the tab that asks.
+type Kind = (Discriminant<Ask>, bool, String);
 
 /// The files of a person, and the questions under way.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ pub(crate) struct Session {
     folder: TempDir,
     /// Lengths of the files by their names.
     lengths: Mutex<HashMap<String, u64>>,
-    /// Numbers of the newest question of each kind.
+    /// Numbers of the newest question of each kind of each tab.
     newest: Mutex<HashMap<Kind, u64>>,
     asked: AtomicU64,
     ended: AtomicBool,
@@ -106,10 +106,11 @@ impl Session {
         Files::Within(PathBuf::new())
     }
 
-    /// Answers a question, line by line. A newer question of its kind, a peer that is gone and the end
-    /// of the server end it.
+    /// Answers a question, line by line. A newer question of its kind from the same tab, a peer that is
+    /// gone and the end of the server end it.
     pub(crate) fn ask(
         &self,
+        tab: &str,
         question: &[u8],
         say: &mut dyn FnMut(&Message) -> bool,
         is_gone: &mut dyn FnMut() -> bool,
@@ -129,7 +130,7 @@ impl Session {
                     ControlFlow::Continue(())
                 }
             };
-            let watch = &mut self.watched((discriminant(&asked), false), &mut look);
+            let watch = &mut self.watched((discriminant(&asked), false, tab.to_owned()), &mut look);
             match ask(&asked, &Self::files(), watch) {
                 Ok(reply) => Message::Answer(Box::new(reply)),
                 Err(Error::Interrupted(progress)) => Message::Interrupted(progress),
@@ -146,7 +147,7 @@ impl Session {
         look: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> impl FnMut(Progress) -> ControlFlow<()> + 'a {
         let own = self.asked.fetch_add(1, Ordering::Relaxed);
-        self.newest.lock().expect("nobody panics with it").insert(kind, own);
+        self.newest.lock().expect("nobody panics with it").insert(kind.clone(), own);
         move |progress| {
             let newest = self.newest.lock().expect("nobody panics with it")[&kind];
             if newest != own || self.is_ended() { ControlFlow::Break(()) } else { look(progress) }
@@ -160,11 +161,12 @@ impl Session {
     pub(crate) fn save(
         &self,
         name: &str,
+        tab: &str,
         question: &[u8],
         is_gone: &mut dyn FnMut() -> bool,
     ) -> Result<Vec<u8>, String> {
         let asked = question_of(question)?;
-        let kind = (discriminant(&asked), true);
+        let kind = (discriminant(&asked), true, tab.to_owned());
         let Ask::Run(asked) = asked else {
             return Err("a run is saved, and this is another question".to_owned());
         };

@@ -3,7 +3,7 @@
 
 use super::thinned::thinned;
 use crate::error::Error;
-use crate::study::{Files, Given, open_all};
+use crate::study::{Files, Given, Opened, open_all};
 use ocmc_core::operating_cycle::drawn_part::{Draw, lacking};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_io::export::{ExportKind, kind_of};
@@ -72,6 +72,8 @@ pub enum FileKind {
     SpeedChanges,
     /// A study.
     Study,
+    /// A study of groups.
+    Fleet,
     /// None of these.
     Unknown,
 }
@@ -81,6 +83,7 @@ impl FileKind {
         match self {
             Self::Route => "route",
             Self::Study => "study",
+            Self::Fleet => "fleet of groups",
             Self::Unknown => "no file that can be read",
             Self::Log => ExportKind::Log.words(),
             Self::Totals => ExportKind::Totals.words(),
@@ -183,9 +186,17 @@ fn unusable(name: &str, kind: FileKind, error: &TableError) -> AccountedFile {
 
 fn study(name: &str, files: &Files) -> AccountedFile {
     let none: &[&str] = &[];
-    let read = open_all(&Given::Named(Path::new(name)), files, none);
-    let reason = read.err().map(|error| error.to_string());
-    AccountedFile { reason, ..empty(name, FileKind::Study) }
+    match open_all(&Given::Named(Path::new(name)), files, none) {
+        Ok(Opened::Study(_)) => empty(name, FileKind::Study),
+        Ok(Opened::Fleet(groups)) => {
+            let names: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();
+            let told = vec![format!("groups: {}", names.join(", "))];
+            AccountedFile { told, ..empty(name, FileKind::Fleet) }
+        }
+        Err(error) => {
+            AccountedFile { reason: Some(error.to_string()), ..empty(name, FileKind::Study) }
+        }
+    }
 }
 
 fn totals(name: &str, path: &Path) -> AccountedFile {
