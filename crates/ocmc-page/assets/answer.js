@@ -1,6 +1,6 @@
 // The answer: totals of the fleet's year first, then where they come from and how trips are spread.
-import { byId, element, line, say, show } from "./dom.js";
-import { consumptionOf, grouped, label, rough, rounded, totalsOf } from "./format.js";
+import { byId, element, line, put, say, show } from "./dom.js";
+import { consumptionOf, countOf, grouped, label, rough, rounded, totalsOf } from "./format.js";
 import { bars, clear, redraw } from "./plot.js";
 import {
     arrivalLines,
@@ -46,7 +46,7 @@ export function showAnswer(message, trucks, look) {
         ? `± is what this first look leaves open; the rest of the ${grouped(look.of)} trips follows.`
         : "Behind ± lies where another fleet of as many such trucks would lie: other drivers, " +
           "other weather, other loads of the same kind.";
-    byId("judged").replaceChildren(
+    put(byId("judged"), [
         line(means, "soft"),
         element("p", { id: "consumption" }, consumptionLine(answer)),
         ...(answer.trucks?.currency
@@ -55,7 +55,7 @@ export function showAnswer(message, trucks, look) {
         ...arrivalLines(answer).map(text => line(text)),
         ...(answer.note ? [line(`Intervals: ${answer.note}.`, "soft")] : []),
         ...(judged ? [line(judged)] : []),
-    );
+    ]);
     grow(Boolean(look), true);
     spread(answer, look);
     warned([...new Set(warnings)]);
@@ -73,8 +73,8 @@ export function showAnswer(message, trucks, look) {
               ...componentLines(answer).map(text => line(text, "soft")),
           ]
         : [];
-    keepOpen(byId("parts"), [routes, ...byTruck]);
-    keepOpen(byId("tables"), [
+    put(byId("parts"), [routes, ...byTruck]);
+    put(byId("tables"), [
         element(
             "details",
             { id: "all-trips" },
@@ -93,13 +93,6 @@ export function showAnswer(message, trucks, look) {
             `${half === null ? "" : ` plus or minus ${rough(half)}`} ${unit}`,
     );
     say(`${grouped(answer.cycles)} trips driven: ${spoken.join(", ")}`);
-}
-
-// Replaces what stands there; what was unfolded stays so.
-function keepOpen(place, nodes) {
-    const open = new Set([...place.querySelectorAll("details[open]")].map(node => node.id));
-    place.replaceChildren(...nodes.filter(Boolean));
-    for (const node of place.querySelectorAll("details")) node.open = open.has(node.id);
 }
 
 function card({ name, unit, total, half, key }, trucks, look) {
@@ -129,10 +122,10 @@ export function grow(old, isLook = false) {
 
 function warned(warnings) {
     const place = byId("warnings");
-    if (warnings.length === 0) return place.replaceChildren();
+    if (warnings.length === 0) return put(place, []);
     const lines = warnings.map(text => line(text, "warning soft"));
     const name = warnings.length === 1 ? "A warning" : `${warnings.length} warnings`;
-    keepOpen(place, [
+    put(place, [
         element("details", { id: "all-warnings" }, element("summary", {}, name), ...lines),
     ]);
 }
@@ -161,7 +154,10 @@ function spread(answer, look) {
         `Of the trips, 5 % take less than ${rounded(factor * own.p5)} ${unit}, half of them ` +
         "less than " +
         `${rounded(factor * own.p50)}, and 5 % more than ${rounded(factor * own.p95)}.`;
-    figure.querySelector("figcaption").textContent = words;
+    const outside = own.histogram ? own.histogram.below + own.histogram.above : 0;
+    const left =
+        outside > 0 ? ` Outside of the bars: ${countOf(outside, "trip")}.` : "";
+    figure.querySelector("figcaption").textContent = words + left;
     redraw(
         place,
         own.histogram
@@ -170,10 +166,8 @@ function spread(answer, look) {
     );
 }
 
-function histogram({ edges, counts, below = 0, above = 0 }, factor, unit, words) {
+function histogram({ edges, counts, below, above }, factor, unit, words) {
     const all = counts.reduce((sum, count) => sum + count, 0) + below + above || 1;
-    const [first, second] = [edges[0], edges[1]];
-    const step = factor * (second - first);
     return {
         data: [
             edges.slice(0, -1).map(edge => factor * edge),
@@ -185,7 +179,7 @@ function histogram({ edges, counts, below = 0, above = 0 }, factor, unit, words)
         words,
         height: 200,
         quiet: true,
-        xRange: (_, low, high) => [low, high + step],
+        xRange: () => [factor * edges[0], factor * edges.at(-1)],
         yRange: (_, low, high) => [0, 1.05 * high],
     };
 }

@@ -1,5 +1,5 @@
 // A against B: both on the same trips, with what differs between them.
-import { byId, element, line, fault, isAbort, table } from "./dom.js";
+import { busy, byId, element, line, fault, isAbort, put, table } from "./dom.js";
 import {
     decimalsFor,
     fixed,
@@ -27,6 +27,7 @@ export function comparison(engine) {
     function stop() {
         control?.abort();
         control = null;
+        busy(place, false);
     }
 
     // a and b: {state, own, message}
@@ -34,6 +35,7 @@ export function comparison(engine) {
         stop();
         control = new AbortController();
         const { signal } = control;
+        busy(place, true);
         fault(byId("compare-fault"), "");
         render(place, a, b, null);
         try {
@@ -50,6 +52,8 @@ export function comparison(engine) {
             if (!signal.aborted) render(place, a, b, [first.answer, second.answer]);
         } catch (error) {
             if (!isAbort(error) && !signal.aborted) fault(byId("compare-fault"), error.message);
+        } finally {
+            if (!signal.aborted) busy(place, false);
         }
     }
 
@@ -58,7 +62,7 @@ export function comparison(engine) {
         clear() {
             stop();
             fault(byId("compare-fault"), "");
-            place.replaceChildren();
+            put(place, []);
         },
         stop,
     };
@@ -67,13 +71,20 @@ export function comparison(engine) {
 function render(place, a, b, answers) {
     const same = answers && answers[0].differing_keys.length === 0;
     const parts = [totalsTable(a, b)];
-    if (!answers) parts.push(line("Both drive the same trips …", "soft"));
+    if (!answers) parts.push(...before(place));
     else if (same) parts.push(line("A and B are the same: change something."));
     else {
         parts.push(pairsTable(answers), ...remarks(answers));
         parts.push(differences(answers[0].differing_keys));
     }
-    place.replaceChildren(...parts);
+    put(place, parts);
+}
+
+// What stands there of the comparison before, until the new one comes.
+function before(place) {
+    const old = [...place.children].slice(1).map(node => node.cloneNode(true));
+    for (const node of old) node.classList.add("old");
+    return old.length > 0 ? old : [line("Both drive the same trips …", "soft")];
 }
 
 // Totals of both, as each was printed by itself.
@@ -190,6 +201,11 @@ function differences(keys) {
         "div",
         {},
         shown,
-        element("details", {}, element("summary", {}, `${rows.length - most} more`), rest),
+        element(
+            "details",
+            { id: "less-different" },
+            element("summary", {}, `${rows.length - most} more`),
+            rest,
+        ),
     );
 }

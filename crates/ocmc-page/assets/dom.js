@@ -52,6 +52,38 @@ export function say(text) {
     if (place.textContent !== text) place.textContent = text;
 }
 
+// Puts nodes in a place. Those that stand there alike stay, and what replaces another one takes its
+// focus and what was unfolded in it.
+export function put(place, nodes) {
+    const [old, made] = [[...place.children], nodes.filter(Boolean)];
+    const focus = place.contains(document.activeElement) ? document.activeElement : null;
+    const open = new Set([...place.querySelectorAll("details[open]")].map(nameOf));
+    for (const details of made.flatMap(node => within(node, "details"))) {
+        details.open = open.has(nameOf(details));
+    }
+    const stay = made.map((node, k) => (old[k]?.isEqualNode(node) ? old[k] : node));
+    for (const node of old) if (!stay.includes(node)) node.remove();
+    for (const [k, node] of stay.entries()) {
+        if (place.children[k] !== node) place.insertBefore(node, place.children[k] ?? null);
+    }
+    if (focus && !focus.isConnected) {
+        const twin = within(place, focus.localName).find(node => nameOf(node) === nameOf(focus));
+        twin?.focus({ preventScroll: true });
+    }
+}
+
+const within = (node, selector) => [
+    ...(node.matches(selector) ? [node] : []),
+    ...node.querySelectorAll(selector),
+];
+
+// What a control is known by when the page is drawn anew.
+const nameOf = node =>
+    node.id || node.getAttribute("aria-label") || node.closest("details")?.id || node.textContent;
+
+// Says whether an answer is on its way to a place.
+export const busy = (place, is) => place.setAttribute("aria-busy", String(is));
+
 // What went wrong, in the engine's own words.
 export function fault(place, reason) {
     place.replaceChildren(...(reason ? [element("p", { class: "warning" }, reason)] : []));

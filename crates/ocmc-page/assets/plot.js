@@ -53,6 +53,8 @@ export function draw(place, of) {
         points: { show: false },
         spanGaps: false,
     }));
+    // of the newest numbers
+    const range = side => of[side] && ((...ends) => (drawn.get(place)?.of ?? of)[side](...ends));
     const options = {
         width: Math.max(200, Math.floor(place.clientWidth)),
         height: of.height ?? 220,
@@ -62,7 +64,7 @@ export function draw(place, of) {
             points: { show: !of.quiet },
             sync: of.sync && { key: of.sync },
         },
-        scales: { x: { time: false, range: of.xRange }, y: { range: of.yRange } },
+        scales: { x: { time: false, range: range("xRange") }, y: { range: range("yRange") } },
         axes: [axis("x", of.x, 2, of.xValues), axis("y", of.y, 3, of.yValues)],
         series: [{}, ...series],
         padding: [10, 14, 0, 0],

@@ -1,5 +1,5 @@
 // One trip: speed and limit, altitude, gear, power and where the energy goes.
-import { byId, element, line, fault, isAbort, table } from "./dom.js";
+import { busy, byId, element, line, fault, isAbort, put, table } from "./dom.js";
 import { fixed, grouped, percent, rounded } from "./format.js";
 import { clearIn, draw, legend, steps } from "./plot.js";
 
@@ -19,6 +19,7 @@ export function tripPanel(engine, current) {
         control?.abort();
         control = new AbortController();
         const { signal } = control;
+        busy(place, true);
         fault(byId("trip-fault"), "");
         try {
             const question = {
@@ -35,6 +36,8 @@ export function tripPanel(engine, current) {
             clearIn(place);
             place.replaceChildren();
             fault(byId("trip-fault"), error.message);
+        } finally {
+            if (!signal.aborted) busy(place, false);
         }
     }
 
@@ -57,22 +60,19 @@ export function tripPanel(engine, current) {
             ? `Trip ${(cycle % now.perTruck) + 1} of ` +
               `truck ${Math.floor(cycle / now.perTruck) + 1}: `
             : "";
-        place.replaceChildren(line(truck + head));
-        for (const plot of plots) {
-            const box = element("div", { class: "plot" });
-            place.append(
-                element(
-                    "figure",
-                    {},
-                    element("h3", {}, plot.title),
-                    box,
-                    legend(plot.series),
-                    element("figcaption", {}, plot.words),
-                ),
-            );
-            draw(box, plot);
-        }
-        if (energy) place.append(energy);
+        const boxes = plots.map(() => element("div", { class: "plot" }));
+        const figures = plots.map((plot, k) =>
+            element(
+                "figure",
+                {},
+                element("h3", {}, plot.title),
+                boxes[k],
+                legend(plot.series),
+                element("figcaption", {}, plot.words),
+            ),
+        );
+        put(place, [line(truck + head), ...figures, energy]);
+        for (const [k, plot] of plots.entries()) draw(boxes[k], plot);
     }
 
     return {
