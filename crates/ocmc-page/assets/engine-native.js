@@ -1,5 +1,10 @@
 // The engine is the program that served the page; relative addresses carry its token.
 
+// A newer question of a kind ends the older one of the same tab.
+const TAB = [...crypto.getRandomValues(new Uint8Array(12))].map(byte => byte.toString(16)).join("");
+const post = (address, body, tab = TAB, signal = undefined) =>
+    reach(address, { method: "POST", body, signal, headers: { "X-Ocmc-Tab": tab } });
+
 async function reasonOf(response) {
     const text = (await response.text()).trim();
     return new Error(text || `the program answers ${response.status}`);
@@ -34,9 +39,10 @@ async function* messages(response) {
     if (rest.trim()) yield JSON.parse(rest);
 }
 
-async function ask(question, { signal, onProgress } = {}) {
-    const body = JSON.stringify(question);
-    const response = await reach("ask", { method: "POST", body, signal });
+// `aside`: the question does not end others of its kind, and they do not end it.
+async function ask(question, { signal, onProgress, aside } = {}) {
+    const tab = aside ? `${TAB}-aside` : TAB;
+    const response = await post("ask", JSON.stringify(question), tab, signal);
     if (!response.ok) throw await reasonOf(response);
     for await (const message of messages(response)) {
         if (message.message === "progress") onProgress?.(message);
@@ -66,8 +72,7 @@ async function save(kind, question) {
         const { answer } = await ask({ ask: "study", study: question.study });
         return new Blob([answer.toml], { type: "application/toml" });
     }
-    const body = JSON.stringify(question);
-    const response = await reach(`save/${kind}`, { method: "POST", body });
+    const response = await post(`save/${kind}`, JSON.stringify(question));
     if (!response.ok) throw await reasonOf(response);
     return response.blob();
 }
