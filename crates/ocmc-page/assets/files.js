@@ -13,10 +13,12 @@ const plain = name =>
         .pop()
         .replace(/[^\p{L}\p{N}._ -]/gu, "_") || "file";
 
-// `on`: {changed(files), removed(name), calibrate(file, options), route(name, change)}.
+// `on`: {changed(files), removed(name), calibrate(file, options), fleet(file, options),
+// route(name, change)}.
 export function filesPanel(engine, places, on) {
     const { drop, choose, list, wrong } = places;
     let known = [];
+    const jobs = new Map();
 
     choose.addEventListener("change", async () => {
         await take([...choose.files]);
@@ -64,6 +66,8 @@ export function filesPanel(engine, places, on) {
         fault(wrong, "");
         try {
             on.removed(name);
+            jobs.get(name)?.press.stop();
+            jobs.delete(name);
             await engine.removeFile(name);
             await read();
             choose.focus();
@@ -105,7 +109,8 @@ export function filesPanel(engine, places, on) {
             );
         }
         if (file.route) parts.push(drive(file, state.routes[file.file]));
-        if (file.kind === "totals") parts.push(calibration(file));
+        if (file.kind === "totals" && !file.reason) parts.push(jobOf(file.file, calibration));
+        if (file.kind === "fleet" && !file.reason) parts.push(jobOf(file.file, fleet));
         return element("article", { class: "file" }, ...parts);
     }
 
@@ -142,27 +147,31 @@ export function filesPanel(engine, places, on) {
         );
     }
 
-    function calibration(file) {
-        const told = element("div", { role: "status" }, ...(calibrated.get(file.file) ?? []));
-        const press = job(
-            "Calibrate to this table",
-            options => on.calibrate(file.file, options),
-            read,
-        );
-        return element(
-            "div",
-            {},
-            press.node,
-            line(
-                "Half a minute: judged numbers " +
-                    "of the study are moved until it takes what the table says.",
-                "soft",
-            ),
-            told,
-        );
+    // A job stays when the cards are made anew: it may be under way.
+    function jobOf(name, make) {
+        if (!jobs.has(name)) {
+            const told = element("div", { role: "status" });
+            const press = make(name, told);
+            jobs.set(name, { told, press, node: element("div", {}, ...press.nodes, told) });
+        }
+        return jobs.get(name).node;
     }
 
-    const calibrated = new Map();
+    function calibration(name) {
+        const press = job("Calibrate to this table", options => on.calibrate(name, options), read);
+        const hint =
+            "Half a minute: judged numbers of the study are moved until it takes what the table says.";
+        return { nodes: [press.node, line(hint, "soft")], stop: press.stop };
+    }
+
+    function fleet(name, told) {
+        const done = () =>
+            told.replaceChildren(element("a", { href: "#fleet-section" }, "To its totals"));
+        const press = job("Drive this fleet", options => on.fleet(name, options), done);
+        const hint = "All groups, with the trucks, trips and prices of the file.";
+        return { nodes: [press.node, line(hint, "soft")], stop: press.stop };
+    }
+
     return {
         get files() {
             return known;
@@ -170,7 +179,7 @@ export function filesPanel(engine, places, on) {
         read,
         // What a calibration has told, below its table.
         tell(name, nodes) {
-            calibrated.set(name, nodes);
+            jobs.get(name)?.told.replaceChildren(...nodes);
         },
         show(state) {
             list.classList.toggle("many", known.length > 5);

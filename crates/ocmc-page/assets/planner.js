@@ -5,6 +5,7 @@ import { byId, line, fault, isAbort, show } from "./dom.js";
 import { costPanel } from "./cost.js";
 import { doubtPanel } from "./doubt.js";
 import { filesPanel } from "./files.js";
+import { driveFleet, forgetFleet } from "./fleet.js";
 import { grouped, rounded } from "./format.js";
 import { live } from "./live.js";
 import { rangePanel } from "./range.js";
@@ -57,7 +58,13 @@ export async function answerLoop(engine) {
             list: byId("files"),
             wrong: byId("files-fault"),
         },
-        { changed: filesChanged, removed: fileRemoved, calibrate, route: routeChanged },
+        {
+            changed: filesChanged,
+            removed: fileRemoved,
+            calibrate,
+            fleet: (name, options) => driveFleet(engine, name, options),
+            route: routeChanged,
+        },
     );
     const trucks = trucksPanel({ trucks: byId("trucks"), prices: byId("prices") }, changed);
     const compared = comparison(engine);
@@ -242,6 +249,7 @@ export async function answerLoop(engine) {
     }
 
     function fileRemoved(name) {
+        forgetFleet(name);
         delete state.routes[name];
         if (state.base === name) state.base = start().base;
         if (kept && JSON.stringify(kept.question).includes(JSON.stringify(name))) {
@@ -275,7 +283,12 @@ export async function answerLoop(engine) {
     byId("where").textContent =
         engine.kind === "native"
             ? "Everything stays on this computer; a reload forgets what is set here."
-            : "It runs in this tab: no file leaves it; a reload forgets it.";
+            : "It runs in this tab, without a network, too: no file leaves it; a reload forgets it.";
+    if (engine.kind !== "native") {
+        byId("choose-hint").textContent =
+            "Routes and tracks (GPX, CSV), tables of trips (CSV; save a workbook's sheet so), " +
+            "studies (TOML). Without files the study draws its own roads.";
+    }
     buttons();
     refresh();
     // files that the program was given, or that lay on the page before

@@ -45,6 +45,7 @@ const ASSETS: &[Asset] = &[
     asset("engine.js", SCRIPT, include_bytes!("../assets/engine.js")),
     asset("fields.js", SCRIPT, include_bytes!("../assets/fields.js")),
     asset("files.js", SCRIPT, include_bytes!("../assets/files.js")),
+    asset("fleet.js", SCRIPT, include_bytes!("../assets/fleet.js")),
     asset("format.js", SCRIPT, include_bytes!("../assets/format.js")),
     asset("icon.svg", PICTURE, include_bytes!("../assets/icon.svg")),
     asset("index.html", HTML, include_bytes!("../assets/index.html")),
@@ -91,7 +92,8 @@ mod tests {
         let mut missing = Vec::new();
         for entry in fs::read_dir(folder).expect("the folder").flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
-            let is_of_tab = ["engine-tab.js", "tab-worker.js", "wasi.js"].contains(&name.as_str());
+            let is_of_tab =
+                ["engine-tab.js", "offline.js", "tab-worker.js", "wasi.js"].contains(&name.as_str());
             if entry.path().is_file() && !is_of_tab && find(&name).is_none() {
                 missing.push(name);
             }
