@@ -4,10 +4,13 @@ import { lookQuestion, runQuestion, tripsAYear } from "./study.js";
 
 // Trips of the first looks; a later one only where the whole is much longer.
 const FIRST = 60;
+const FEW = 20;
 const SECOND = 1000;
 // How long a change has to stand before all trips are driven, and a look may take, in ms.
 const SETTLED = 250;
 const LONGEST_LOOK = 1500;
+// A first look that takes longer twice is slow here: it then has few trips, in ms.
+const SLOW = 800;
 
 const wait = (ms, signal) =>
     new Promise((done, failed) => {
@@ -28,6 +31,7 @@ export function live(engine, on) {
     let newest = null;
     let looking = null;
     let driving = null;
+    let slow = 0;
 
     function change(state) {
         newest = state;
@@ -35,8 +39,10 @@ export function live(engine, on) {
         driving = null;
         on.begun();
         if (!looking) next();
-        else if (performance.now() - looking.since > LONGEST_LOOK) looking.control.abort();
+        else if (performance.now() - looking.since > longest()) looking.control.abort();
     }
+
+    const longest = () => (slow < 2 ? LONGEST_LOOK : 4 * LONGEST_LOOK);
 
     // One look at a time: while it is on its way newer changes wait, the last of them counts.
     async function next() {
@@ -46,10 +52,14 @@ export function live(engine, on) {
             looking = { since: performance.now(), control: new AbortController() };
             try {
                 const own = await on.ownOf(state);
-                const look = await ask(state, own, FIRST, looking.control.signal);
+                const asked = performance.now();
+                const trips = slow < 2 ? FIRST : FEW;
+                const look = await ask(state, own, trips, looking.control.signal);
                 if (look) on.look(...look);
+                if (slow < 2) slow = performance.now() - asked > SLOW ? slow + 1 : 0;
                 if (!newest) drive(state, own);
             } catch (error) {
+                if (isAbort(error)) slow += 1;
                 if (!isAbort(error) && !newest) on.failed(error.message);
             }
         }

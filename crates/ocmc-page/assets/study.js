@@ -182,7 +182,7 @@ export const runQuestion = (state, own) => ({
 // A part of the fleet's year that is soon driven, and the factor from its totals to the year's.
 export function lookQuestion(state, own, wanted) {
     const trips = tripsAYear(state, own);
-    const trucks = Math.min(state.trucks, 30);
+    const trucks = Math.min(state.trucks, 30, Math.ceil(wanted / 2));
     const each = Math.min(trips, Math.max(2, Math.round(wanted / trucks)));
     const question = {
         ask: "run",
