@@ -1,8 +1,8 @@
 // The checks of scripts/same-in-tab, which says how to call it.
 
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawnSync } from "node:child_process";
 import { createHash } from "node:crypto";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
@@ -72,14 +72,19 @@ function native(study) {
   }
 }
 
+/** The last line of a command. */
+function command(args, asked, files) {
+  const stdin = new TextEncoder().encode(JSON.stringify(asked));
+  let last;
+  const onLine = (line) => (last = line);
+  run(new WebAssembly.Module(bytes), { args: ["ocmc-tab", ...args], stdin, files, onLine });
+  return last;
+}
+
 function inNode(study) {
   const files = new Map();
-  const stdin = new TextEncoder().encode(JSON.stringify(question(study)));
-  let last;
-  const module = new WebAssembly.Module(bytes);
-  const onLine = (line) => (last = line);
-  const code = run(module, { args: ["ocmc-tab", ...part], stdin, files, onLine });
-  if (code !== 0) throw new Error(last);
+  const last = command(part, question(study), files);
+  if (!files.has("driven.0.csv")) throw new Error(last);
   return new TextDecoder().decode(files.get("driven.0.csv"));
 }
 
@@ -109,10 +114,58 @@ const engine = (workers, module = new WebAssembly.Module(bytes)) =>
   open({ wasm: module, workers, newWorker });
 
 /** An answer without what depends on the machine. */
-const essence = ({ warnings, of, answer }) =>
-  JSON.stringify({ warnings, of, answer }, (key, value) =>
-    ["wall_s", "ended_at"].includes(key) ? undefined : value,
+const essence = ({ warnings, of, answer, reason }) =>
+  JSON.stringify({ warnings, of, answer, reason }, (key, value) =>
+    ["wall_s", "ended_at", "threads"].includes(key) ? undefined : value,
   );
+
+/** Questions of each kind, one of them on a route that is a file. */
+function questions() {
+  const short = (study, ...set) => ({ study, set: ["mission.length_m=8000", ...set] });
+  const [field, battery] = [short("field-truck"), short("battery-truck")];
+  const plan = { cycles: 60 };
+  const routed = {
+    study: { name: "routed", base: "field-truck" },
+    mission: { routes: [{ file: "route.gpx", weight: 1, draw: ["limits"] }] },
+  };
+  return [
+    { ask: "run", study: field, precision: "5 %" },
+    { ask: "run", study: { study: routed }, plan },
+    { ask: "run", study: "nothing" },
+    { ask: "compare", studies: [field, short("field-truck", "mission.payload_kg=20000")], plan },
+    { ask: "sweep", study: field, points: ["mission.payload_kg=0,20000"], plan },
+    { ask: "sensitivity", study: field, plan: { cycles: 64 } },
+    { ask: "doubt", study: short("battery-truck"), plan: { cycles: 16 } },
+    { ask: "cost", study: "electric-regional", plan: { cycles: 50 } },
+    { ask: "range", study: battery, plan: { cycles: 16 } },
+    { ask: "bound", study: field, plan: { cycles: 10 } },
+  ];
+}
+
+/** A track over a hill, as a receiver writes it. */
+function track() {
+  const point = (k) =>
+    `<trkpt lat="${48 + 0.0009 * k}" lon="11.5"><ele>${500 + 30 * Math.sin(k / 15)}</ele></trkpt>`;
+  const points = Array.from({ length: 80 }, (_, k) => point(k)).join("\n");
+  return `<?xml version="1.0"?><gpx version="1.1"><trk><trkseg>${points}</trkseg></trk></gpx>`;
+}
+
+function checkAnswers() {
+  const parent = mkdtempSync(join(tmpdir(), "ocmc-"));
+  try {
+    writeFileSync(join(parent, "route.gpx"), track());
+    for (const asked of questions()) {
+      const input = JSON.stringify(asked);
+      const said = spawnSync(program, ["ask", "--quiet"], { cwd: parent, input, encoding: "utf8" });
+      const files = new Map([["route.gpx", new TextEncoder().encode(track())]]);
+      const [a, b] = [said.stdout.trim(), command([], asked, files)].map((text) => JSON.parse(text));
+      const isSame = essence(a) === essence(b);
+      check(`${asked.ask}, ${b.reason?.split("\n")[0] ?? "an answer"}`, isSame);
+    }
+  } finally {
+    rmSync(parent, { recursive: true });
+  }
+}
 
 async function checkWorkers() {
   const [one, three] = [await engine(1), await engine(3)];
@@ -238,6 +291,7 @@ for (const study of studies) {
   check(`${study}, ${cycles} cycles in node: ${wanted}`, hash(inNode(study)) === wanted);
   if (page) check(`${study}, in Chromium`, hash(await inPage(page, study)) === wanted);
 }
+checkAnswers();
 await checkWorkers();
 if (options.time) {
   const args = ["--cycles", "1000", "--threads", "1", "--quiet", "--json"];

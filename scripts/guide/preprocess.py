@@ -1,17 +1,24 @@
-"""The preprocessor of mdBook for the guide: formulas are marked, figures get their captions."""
+"""The preprocessor of mdBook: formulas are marked, figures get captions, the page in a tab its link."""
 
 import json
 import sys
+from pathlib import Path
 
 from captions import captioned
 from formulas import marked
+
+# where the front page has its link to the page in a tab, if `scripts/build-tab docs/src/tab` has built one
+MARK = "<!-- ask in this tab -->"
+LINK = "**[Ask in this tab](tab/index.html)** what a fleet uses in a year: nothing is installed or sent."
+TAB = Path(__file__).resolve().parents[2] / "docs" / "src" / "tab" / "index.html"
 
 
 def _prepare(item):
     chapter = item.get("Chapter") if isinstance(item, dict) else None
     if chapter is None:
         return
-    chapter["content"] = marked(captioned(chapter["content"]))
+    content = chapter["content"].replace(MARK, LINK) if TAB.exists() else chapter["content"]
+    chapter["content"] = marked(captioned(content))
     for part in chapter["sub_items"]:
         _prepare(part)
 

@@ -11,6 +11,8 @@ mod gpx;
 mod kml;
 mod points;
 mod rfms;
+#[cfg_attr(not(feature = "files"), path = "without_sheets.rs")]
+mod sheets;
 mod weather_archive;
 mod workbook;
 mod xml;
