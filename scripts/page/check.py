@@ -53,7 +53,9 @@ GROUPS = """[...document.querySelectorAll('#fleet tbody tr')].map(row => {
     return `${name} ${row.cells[1].textContent} ${unit}`.replaceAll('\\u00a0', ' ');
 })"""
 FLEET = """study = { base = "regional", name = "two kinds" }
-fleet = { trips_per_truck = 20 }
+
+[fleet]
+trips_per_truck = 20
 
 [[fleet.group]]
 name = "diesel"
