@@ -53,7 +53,9 @@ GROUPS = """[...document.querySelectorAll('#fleet tbody tr')].map(row => {
     return `${name} ${row.cells[1].textContent} ${unit}`.replaceAll('\\u00a0', ' ');
 })"""
 FLEET = """study = { base = "regional", name = "two kinds" }
-fleet = { trips_per_truck = 20 }
+
+[fleet]
+trips_per_truck = 20
 
 [[fleet.group]]
 name = "diesel"
@@ -252,6 +254,7 @@ class Check:
         self.settled()
         tab.value(f"{press}.click()")
         tab.until("document.querySelector('#fleet table')")
+        self.settled()
         self.looks("4-fleet")
         done = subprocess.run(
             [self.ocmc, "--study", "groups.toml"], cwd=work, capture_output=True, text=True, check=False
@@ -265,9 +268,9 @@ class Check:
         self.settled()
 
     def settled(self):
-        """Wait until all trips are driven of what was asked last."""
+        """Wait until all is answered of what was asked last."""
         time.sleep(0.5)
-        self.tab.until(DONE)
+        self.tab.until(f"{DONE} && {AT_REST}")
 
     def same_numbers(self, work):
         """Save the study, run the command beside it, and compare what both print."""
@@ -323,8 +326,7 @@ class Check:
     def keys(self):
         """Reach every control by the Tab key alone, each with a visible focus."""
         tab = self.tab
-        # comparison and trip are asked again behind the answer
-        tab.until(AT_REST)
+        self.settled()
         tab.value("document.querySelectorAll('details').forEach(e => { e.open = false; })")
         tab.value("document.activeElement.blur(), scrollTo(0, 0), getSelection().removeAllRanges()")
         count = tab.value(f"window.toReach = {CONTROLS}, window.toReach.length")

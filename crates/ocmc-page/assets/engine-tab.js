@@ -7,6 +7,9 @@
 /** Most workers: each takes some ten MB, and its share of the cycles is small by then. */
 const MOST_WORKERS = 16;
 
+/** Questions that are soon answered: a worker of their own, so that they wait for no long one. */
+const SOON = ["files", "study", "trip"];
+
 /**
  * Opens the engine.
  *
@@ -19,24 +22,26 @@ export async function open({
 } = {}) {
   const module = wasm instanceof WebAssembly.Module ? wasm : await compiled(wasm);
   const files = new Map();
-  const pool = Array.from({ length: workers }, () => new Desk(newWorker, module, files));
-  // questions are answered one after the other: each takes all workers
-  let last = Promise.resolve();
+  const desks = Array.from({ length: workers + 1 }, () => new Desk(newWorker, module, files));
+  // questions are answered one after the other: each takes all workers of its pool
+  const soon = { pool: desks.slice(0, 1), last: Promise.resolve() };
+  const long = { pool: desks.slice(1), last: Promise.resolve() };
 
   function ask(question, { signal, onProgress } = {}) {
-    const asked = last.then(() => answered(pool, question, signal, onProgress));
-    last = asked.catch(() => undefined);
+    const queue = SOON.includes(question.ask) ? soon : long;
+    const asked = queue.last.then(() => answered(queue.pool, question, signal, onProgress));
+    queue.last = asked.catch(() => undefined);
     return asked;
   }
 
   async function putFile(name, bytes) {
     files.set(name, new Uint8Array(bytes));
-    for (const desk of pool) desk.send({ put: name, bytes: files.get(name) });
+    for (const desk of desks) desk.send({ put: name, bytes: files.get(name) });
   }
 
   async function removeFile(name) {
     files.delete(name);
-    for (const desk of pool) desk.send({ remove: name });
+    for (const desk of desks) desk.send({ remove: name });
   }
 
   async function save(kind, question) {
