@@ -106,8 +106,8 @@ impl Session {
         Files::Within(PathBuf::new())
     }
 
-    /// Answers a question, line by line. A newer question of its kind from the same tab, a peer that is
-    /// gone and the end of the server end it.
+    /// Answers a question, line by line. A newer question of its kind from the same tab, a peer
+    /// that is gone and the end of the server end it.
     pub(crate) fn ask(
         &self,
         tab: &str,

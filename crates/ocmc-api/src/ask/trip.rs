@@ -15,8 +15,8 @@ const MOST_STEPS: usize = 2000;
 pub struct TripAnswer {
     /// Id of the cycle.
     pub cycle: u64,
-    /// Columns as of `ocmc trace`, at most 2000 steps evenly apart, and what the steps between two of
-    /// them add; null for what is not finite.
+    /// Columns as of `ocmc trace`, at most 2000 steps evenly apart, and what the steps between two
+    /// of them add; null for what is not finite.
     pub columns: BTreeMap<&'static str, Vec<Option<f64>>>,
 }
 
