@@ -123,6 +123,7 @@ const essence = ({ warnings, of, answer, reason }) =>
 function questions() {
   const short = (study, ...set) => ({ study, set: ["mission.length_m=8000", ...set] });
   const [field, battery] = [short("field-truck"), short("battery-truck")];
+  const priced = short("field-truck", 'cost.currency="EUR"', "cost.fuel_per_l=1.2");
   const plan = { cycles: 60 };
   const routed = {
     study: { name: "routed", base: "field-truck" },
@@ -136,7 +137,7 @@ function questions() {
     { ask: "sweep", study: field, points: ["mission.payload_kg=0,20000"], plan },
     { ask: "sensitivity", study: field, plan: { cycles: 64 } },
     { ask: "doubt", study: short("battery-truck"), plan: { cycles: 16 } },
-    { ask: "cost", study: "electric-regional", plan: { cycles: 50 } },
+    { ask: "cost", study: priced, plan },
     { ask: "range", study: battery, plan: { cycles: 16 } },
     { ask: "bound", study: field, plan: { cycles: 10 } },
   ];

@@ -5,7 +5,6 @@ import time
 
 import driving
 import fleets
-import history
 import laws
 import matplotlib as mpl
 import outside
@@ -20,7 +19,6 @@ FIGURES = (
     | fleets.FIGURES
     | outside.FIGURES
     | structure.FIGURES
-    | history.FIGURES
 )
 
 

@@ -251,7 +251,8 @@ class Check:
         (work / "groups.toml").write_text(FLEET, encoding="utf-8")
         tab.give("#choose", [work / "groups.toml"])
         card = "[...document.querySelectorAll('.file')].find(e => e.textContent.includes('groups.toml'))"
-        press = f"[...({card})?.querySelectorAll('button') ?? []].find(e => e.textContent.startsWith('Drive'))"
+        buttons = f"[...({card})?.querySelectorAll('button') ?? []]"
+        press = f"{buttons}.find(e => e.textContent.startsWith('Drive'))"
         tab.until(press)
         self.settled()
         tab.value(f"{press}.click()")

@@ -46,7 +46,8 @@ export async function open({
 
   async function save(kind, question) {
     if (kind !== "study.toml") {
-      throw new Error(`${kind} is made by the program: run \`ocmc page\`, or the command that this page shows`);
+      const how = "run `ocmc page`, or the command that this page shows";
+      throw new Error(`${kind} is made by the program: ${how}`);
     }
     const { answer } = await ask({ ask: "study", study: question.study });
     return new Blob([answer.toml], { type: "application/toml" });
@@ -95,7 +96,7 @@ async function together(pool, question, onProgress) {
       const total = (progress.total / cycles) * sum(parts.map((part) => part.cycles));
       onProgress?.({ ...progress, done: sum(done), total });
     };
-    const args = ["drive", String(first_cycle), String(cycles), `driven-${k}`];
+    const args = ["drive", String(first_cycle), String(cycles), `.driven-${k}`];
     return pool[k].run(args, question, look);
   };
   const driven = (await Promise.all(parts.map(drive))).flatMap(({ made }) => made);

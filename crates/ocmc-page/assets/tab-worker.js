@@ -1,8 +1,8 @@
 // A worker of the tab: it runs the engine, one command after the other.
 //
-// It takes `{module}` first, then `{put, bytes}`, `{remove}` and `{args, question, extra}`; it gives
-// `{line}` for each line of output, and `{made}` or `{failed}` at the end. `extra` are files of this
-// command alone, by name; `made` are those that it has written.
+// It takes `{module}` first, then `{put, bytes}`, `{remove}` and `{args, question, extra}`; it
+// gives `{line}` for each line of output, and `{made}` or `{failed}` at the end. `extra` are files
+// of this command alone, by name; `made` are those that it has written.
 
 import { run } from "./wasi.js";
 

@@ -253,8 +253,9 @@ export function run(module, { args, stdin, files, onLine }) {
     },
     path_unlink_file: (fd, path, length) => (files.delete(name(path, length)) ? OK : NO_FILE),
   };
-  const needed = WebAssembly.Module.imports(module).map((needed) => needed.name);
-  const system = Object.fromEntries(needed.map((call) => [call, known[call] ?? (() => NO_SUCH_CALL)]));
+  const absent = () => NO_SUCH_CALL;
+  const calls = WebAssembly.Module.imports(module).map(({ name }) => name);
+  const system = Object.fromEntries(calls.map((call) => [call, known[call] ?? absent]));
   instance = new WebAssembly.Instance(module, { wasi_snapshot_preview1: system });
   try {
     instance.exports._start();
