@@ -155,7 +155,7 @@ function pairsTable(answers) {
     }
     return table(
         `On the same ${grouped(answers[0].pairs)} trips, each with a truck of its own`,
-        ["", "A", "B", "B − A ± 95 %", "B lower, % of trips"],
+        ["", "A", "B", "B − A ±\u00a095\u00a0%", "B lower, % of trips"],
         rows,
     );
 }
