@@ -92,8 +92,8 @@ mod tests {
         let mut missing = Vec::new();
         for entry in fs::read_dir(folder).expect("the folder").flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
-            let is_of_tab =
-                ["engine-tab.js", "offline.js", "tab-worker.js", "wasi.js"].contains(&name.as_str());
+            let is_of_tab = ["engine-tab.js", "offline.js", "tab-worker.js", "wasi.js"]
+                .contains(&name.as_str());
             if entry.path().is_file() && !is_of_tab && find(&name).is_none() {
                 missing.push(name);
             }
