@@ -417,7 +417,7 @@ impl PyRun {
     /// >>> run = ocmc.Study("field-truck").set("mission.length_m", 5000.0).run(cycles=50)
     /// >>> summary = run.summary()
     /// >>> summary["cycles"], sorted(summary["statistics"]["duration_s"])[:3]
-    /// (50, ['adjusted', 'ci95', 'mean'])
+    /// (50, ['adjusted', 'ci95', 'histogram'])
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let content = py.import("json")?.call_method1("loads", (self.answer.to_json(),))?;
         py.import("ocmc._summary")?.call_method1("Summary", (content, self.answer.text()))
