@@ -27,10 +27,7 @@ export async function open({
   const soon = { pool: desks.slice(0, 1), last: Promise.resolve() };
   const long = { pool: desks.slice(1), last: Promise.resolve() };
 
-  function ask(given, { signal, onProgress } = {}) {
-    // the files of a tab are in no folder that the engine could list
-    const names = given.ask === "files" ? { files: [...files.keys()].sort() } : {};
-    const question = { ...names, ...given };
+  function ask(question, { signal, onProgress } = {}) {
     const queue = SOON.includes(question.ask) ? soon : long;
     const asked = queue.last.then(() => answered(queue.pool, question, signal, onProgress));
     queue.last = asked.catch(() => undefined);

@@ -204,7 +204,7 @@ export function run(module, { args, stdin, files, onLine }) {
       return open.delete(fd) ? OK : BAD_FILE;
     },
     fd_readdir(fd, at, length, cookie, used) {
-      if (fd !== ROOT) return NO_DIRECTORY;
+      if (!open.get(fd)?.isRoot) return NO_DIRECTORY;
       const entries = [...files.keys()].slice(Number(cookie)).map((file, k) => {
         const text = encoded(file);
         const entry = new Uint8Array(24 + text.length);
