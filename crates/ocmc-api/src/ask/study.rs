@@ -36,14 +36,15 @@ pub fn said(
     against: Option<&AskedStudy>,
     files: &Files,
 ) -> Result<StudyAnswer, Error> {
-    let LoadedStudy { model, .. } = &opened(study, files)?;
+    let loaded = opened(study, files)?;
+    let LoadedStudy { model, .. } = &loaded;
     let against = against.map(|other| opened(other, files)).transpose()?;
     let mut values = Map::new();
     flatten("", model.to_tree(), &mut values);
     Ok(StudyAnswer {
         name: model.study.name.clone(),
         description: model.study.description.clone(),
-        toml: study_text(&opened(study, files)?.own()),
+        toml: study_text(&loaded.own()),
         values,
         differences: against.map_or(Vec::new(), |other| differences(&other.model, model)),
     })
