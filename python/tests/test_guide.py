@@ -105,7 +105,8 @@ def test_the_check_finds_what_leads_nowhere(tmp_path):
 
 
 def test_the_check_finds_what_the_search_does_not(tmp_path):
-    if shutil.which("mdbook") is None or shutil.which("node") is None:
+    mdbook = shutil.which("mdbook")
+    if mdbook is None or shutil.which("node") is None:
         pytest.skip("mdbook or node is not installed")
     (tmp_path / "src").mkdir()
     for name, text in [
@@ -115,7 +116,7 @@ def test_the_check_finds_what_the_search_does_not(tmp_path):
         ("src/rain.md", "# Rain\n\nIt is wet.\n"),
     ]:
         (tmp_path / name).write_text(text, encoding="utf-8")
-    subprocess.run(["mdbook", "build", tmp_path], check=True, capture_output=True)
+    subprocess.run([mdbook, "build", tmp_path], check=True, capture_output=True)
     expected = {
         "snows": ["snow.html"],
         "white": ["snow.html", "rain.html"],
