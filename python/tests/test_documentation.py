@@ -1,4 +1,4 @@
-"""Documentation: examples run, docstrings are whole, the guide's page is up to date."""
+"""Documentation: examples run, docstrings are whole, the guide's pages are up to date."""
 
 import doctest
 import inspect
@@ -20,7 +20,7 @@ matplotlib.use("agg")
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 INDEX_PAGE = ROOT / "python" / "README.md"  # that of a package index
-PAGE = ROOT / "docs" / "src" / "reference" / "python.md"
+REFERENCE = ROOT / "docs" / "src" / "reference"
 
 # what a docstring need not have: sections that most have no use for, and rules of style that ruff looks after
 UNNEEDED = {
@@ -90,11 +90,16 @@ def test_docstrings_name_arguments_and_results(name):
     assert [error for error in found if error[0] not in UNNEEDED] == []
 
 
-def test_the_page_of_the_guide_is_made_of_the_docstrings():
-    page = runpy.run_path(str(ROOT / "scripts" / "python_reference.py"))["page"]()
-    assert page == PAGE.read_text(encoding="utf-8"), "run scripts/python_reference.py again"
+def test_the_pages_of_the_guide_are_made_of_the_docstrings():
+    pages = runpy.run_path(str(ROOT / "scripts" / "python_reference.py"))["pages"]()
+    paths = [REFERENCE / "python.md", *(REFERENCE / "python").iterdir()]
+    written = {path.relative_to(REFERENCE).as_posix(): path.read_text(encoding="utf-8") for path in paths}
+    assert written == pages, "run scripts/python_reference.py again"
     for name in PUBLIC:
-        assert name.removeprefix("ocmc.") in page
+        short = name.removeprefix("ocmc.")
+        heading = re.compile(rf"^##+ `(ocmc\.)?{re.escape(short)}`$", re.MULTILINE)
+        assert sum(len(heading.findall(page)) for page in pages.values()) == 1, name
+        assert re.search(rf"^\| \[`(ocmc\.)?{re.escape(short)}`\]", pages["python.md"], re.MULTILINE), name
 
 
 def test_pictures_keep_their_columns_in_any_browser():

@@ -18,6 +18,7 @@ import captions  # noqa: E402
 import formulas  # noqa: E402
 import layout  # noqa: E402
 import pages  # noqa: E402
+import search  # noqa: E402
 
 
 def needs_chromium():
@@ -101,6 +102,30 @@ def test_the_check_finds_what_leads_nowhere(tmp_path):
         assert part in told
     assert "not closed" in told
     assert len(found) == 5
+
+
+def test_the_check_finds_what_the_search_does_not(tmp_path):
+    mdbook = shutil.which("mdbook")
+    if mdbook is None or shutil.which("node") is None:
+        pytest.skip("mdbook or node is not installed")
+    (tmp_path / "src").mkdir()
+    for name, text in [
+        ("book.toml", ""),
+        ("src/SUMMARY.md", "[Snow](snow.md)\n[Rain](rain.md)\n"),
+        ("src/snow.md", "# Snow\n\nIt is white.\n"),
+        ("src/rain.md", "# Rain\n\nIt is wet.\n"),
+    ]:
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    subprocess.run([mdbook, "build", tmp_path], check=True, capture_output=True)
+    expected = {
+        "snows": ["snow.html"],
+        "white": ["snow.html", "rain.html"],
+        "wet": ["snow.html"],
+        "hail": ["a.html"],
+    }
+    typed, found = search.faults(tmp_path / "book", expected)
+    told = ["`wet` in the search finds rain.html#rain", "`hail` in the search finds nothing"]
+    assert (typed, [sentence for _, sentence in found]) == (4, told)
 
 
 def test_the_check_finds_what_is_cut(tmp_path):

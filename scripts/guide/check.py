@@ -10,6 +10,7 @@ from pathlib import Path
 import figures
 import layout
 import pages as written
+import search
 from browser import chromium
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -39,8 +40,8 @@ def main():
     """Print each fault, and end with status 1 where there is one."""
     parser = argparse.ArgumentParser(
         prog="scripts/check-guide",
-        description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, figures "
-        "of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
+        description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, searches, "
+        "figures of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
         f"{layout.DESK} px and no page is wider than the screen at {layout.PHONE} px.",
     )
     parser.add_argument("--out", default=ROOT / "target" / "book", help="where the guide goes (target/book)")
@@ -60,6 +61,8 @@ def main():
     found += written.faults(pages)
     links = sum(len(page.links) for page in pages.values())
     pictures = sum(len(page.pictures) for page in pages.values())
+    typed, lost = search.faults(book)
+    found += lost
     ran, differ = figures.faults(options.slow)
     found += differ
     program = None if options.no_browser else chromium()
@@ -71,6 +74,7 @@ def main():
     if program is None:
         seen = f"layout not looked at ({'as asked' if options.no_browser else 'no Chromium'})"
     seen += f", figures of {ran} commands" if ran else ", figures skipped: ocmc is not installed"
+    seen += f", {typed} searches" if typed else ", search skipped: node is not installed"
     took_s = time.monotonic() - begun
     print(
         f"{len(pages)} pages, {links} links, {pictures} pictures, {seen}: {len(found)} faults, {took_s:.0f} s"
