@@ -41,7 +41,7 @@ fn hill(slope: f64, speed_mps: f64) -> DriveCycle {
     DriveCycle::new(time, speed, grade).unwrap()
 }
 
-/// What leaves the store less everything that it went into, over what leaves it.
+/// Energy that leaves the store less all its uses, over what leaves it.
 fn open_share(record: &Record, sum: &FollowedCycle) -> f64 {
     let store_j = record.amount(Carrier::Electricity).unwrap();
     let spent = record.battery_loss_j.unwrap()

@@ -11,7 +11,7 @@ use ocmc_io::study::load_text;
 
 /// A node that has no effect.
 const NEUTRAL: &str = "vehicle.powertrain.battery_electric.battery.thermal={ heat_capacity_j_per_k = 3e6, air_w_per_k = 42, heat_below_k = 283.15, heater_w = 0, heater_ratio = 1, cool_above_k = 306.15, cooler_w = 0, cooler_ratio = 3, temperature_k = [293.15], charge = [0.5], resistance_factor = [[1]], discharge_share = [1], charge_share = [1] }";
-/// What a battery of the built-in electric studies has.
+/// Properties of a battery of the built-in electric studies.
 const REAL: [&str; 8] = [
     NEUTRAL,
     "vehicle.powertrain.battery_electric.battery.thermal.heater_w=11200",

@@ -48,7 +48,7 @@ fn stands(study: &Study, scenario: Scenario) -> (Vec<[f64; 4]>, Record) {
     (stands, trace.record)
 }
 
-/// What no meter counted, over what was charged.
+/// Energy that no meter counted, over what was charged.
 fn open(record: &Record, efficiency: f64) -> f64 {
     let metered =
         [record.grid_energy_depot_j, record.grid_energy_public_j, record.grid_energy_stop_j];

@@ -1,4 +1,4 @@
-//! What trips and trucks cost, as a user of the command meets it.
+//! Cost of trips and trucks, as a user of the command meets it.
 
 use crate::program::{SHORT, ocmc};
 use serde_json::Value;

@@ -23,7 +23,7 @@ fn answer(arguments: &[&str]) -> String {
     stdout
 }
 
-/// What a table that has no fit is answered with.
+/// Message on a table that has no fit.
 fn refusal(table: &str, options: &[&str]) -> String {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("curves.csv");

@@ -1,4 +1,4 @@
-//! What `ocmc drive` says of routes and of speeds that are followed: how to see more, what
+//! Output of `ocmc drive` on routes and on speeds that are followed: how to see more, what
 //! saturated.
 
 use crate::program::{ocmc, records};

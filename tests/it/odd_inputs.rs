@@ -183,7 +183,7 @@ fn route(points: &[[f64; 4]], stops: Option<&[bool]>) -> String {
     text
 }
 
-/// Which points are the first ones at or behind the stops.
+/// Flags of the first points at or behind the stops.
 fn stopping(points: usize, stops: &[f64]) -> Vec<bool> {
     let mut stopping = vec![false; points];
     for at_m in stops {
@@ -411,7 +411,7 @@ const SPEEDS: [(&str, f64); 14] = [
     ("v", 1.0),
     ("velocity_ms", 1.0),
 ];
-/// Those of slopes, and whether they are degrees.
+/// Names of slopes, and whether they are degrees.
 const SLOPES: [(&str, f64, bool); 17] = [
     ("grade", 1.0, false),
     ("grade_percent", 100.0, false),

@@ -68,7 +68,7 @@ fn half_width([low, high]: [f64; 2]) -> f64 {
     (high - low) / 2.0
 }
 
-/// What the mean of a setting is above that of another one, over the same cycles.
+/// Excess of the mean of a setting over that of another one, over the same cycles.
 fn above(low: &str, high: &str, cycles: u64) -> f64 {
     let [low, high] = [low, high].map(|set| study("field-truck", &[ROAD, set]));
     let plan = RunPlan::new(1, 0, cycles, None, None);

@@ -1,4 +1,4 @@
-//! What is driven instead of a study's own roads: given routes, or a speed that is followed.
+//! Drives that replace a study's own roads: given routes, or a speed that is followed.
 //!
 //! [`GivenDrive::read`] reads files, [`GivenDrive::of_table`] takes a table; [`crate::run`] drives
 //! either.

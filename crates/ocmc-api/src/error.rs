@@ -63,7 +63,7 @@ pub enum Error {
     Differs {
         /// Its directory.
         directory: PathBuf,
-        /// What is said otherwise.
+        /// Differences from the run.
         differences: Vec<String>,
     },
     /// A run that would hold a part of a truck's trips.
@@ -73,7 +73,7 @@ pub enum Error {
         count.next_multiple_of(*trips_per_truck)
     )]
     PartOfTruck {
-        /// What was asked for.
+        /// Name of the part that was asked for.
         name: &'static str,
         /// How much of it.
         count: u64,
@@ -370,7 +370,7 @@ impl From<WorkbookError> for Error {
 }
 
 impl Error {
-    /// What the system says, where a file cannot be read or written.
+    /// Error of the system, where a file cannot be read or written.
     pub fn system(&self) -> Option<&io::Error> {
         match self {
             Self::Table(error)
@@ -393,19 +393,19 @@ impl Error {
 #[error(transparent)]
 #[non_exhaustive]
 pub enum FitError {
-    /// Those of curve speeds.
+    /// Error in fitting curve speeds.
     CurveSpeed(#[from] CurveSpeedFitError),
-    /// Those of speed changes.
+    /// Error in fitting speed changes.
     SpeedChange(#[from] SpeedChangeError),
-    /// Those of roads.
+    /// Error in fitting roads.
     Road(#[from] RoadFitError),
     /// An operating cycle that is no road.
     Cycle(#[from] GivenCycleError),
-    /// Those of traffic.
+    /// Error in fitting traffic.
     Traffic(#[from] TrafficFitError),
-    /// Those of weather.
+    /// Error in fitting weather.
     Weather(#[from] WeatherFitError),
-    /// Those of the records of a fleet.
+    /// Error in fitting the records of a fleet.
     Fleet(#[from] FleetFitError),
 }
 

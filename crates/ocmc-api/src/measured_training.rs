@@ -23,7 +23,7 @@ const NORMAL_975: f64 = 1.959_963_984_540_054;
 /// Fewest drivers that a share is chosen of.
 const FEWEST_DRIVERS: usize = 5;
 
-/// Whose training is asked about.
+/// Drivers whose training is asked about.
 #[derive(Clone, Debug)]
 pub struct MeasuredTrainingRequest<'a> {
     /// `benchmark.json`, as `ocmc benchmark --out` or `--json` writes it.

@@ -36,7 +36,7 @@ struct AnalysisArguments {
 }
 
 impl AnalysisArguments {
-    /// What was written, and where.
+    /// Reports the files written, and their place.
     fn note_out(&self, files: &str) {
         let FiledWorkOptions { out, answer, .. } = &self.work;
         if let Some(directory) = out.as_ref().filter(|_| !answer.quiet && !answer.json) {
@@ -85,7 +85,7 @@ pub(crate) struct SensitivityArguments {
     /// Only these factors; may be repeated or joined by commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factors()))]
     factor: Vec<String>,
-    /// What the variance is over [default: trip]
+    /// Unit over which the variance is taken [default: trip]
     #[arg(long, value_name = "WHAT", value_parser = one_of(OVERS))]
     over: Option<Over>,
     /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the

@@ -1,4 +1,4 @@
-//! What commands have in common of what the user types: plain data, and how values are read.
+//! Common parts of the commands' arguments: plain data, and how values are read.
 
 use crate::failure::Failure;
 use crate::output::{self, Target, warn};
@@ -85,7 +85,7 @@ impl StudyOptions {
     }
 }
 
-/// Which cycles.
+/// Range of cycles.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct RangeArguments {
     /// Number of cycles

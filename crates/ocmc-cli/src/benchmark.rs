@@ -9,7 +9,7 @@ use ocmc_api::{
 };
 use std::path::PathBuf;
 
-/// Whose trips are compared.
+/// Trips to be compared.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct BenchmarkArguments {
     /// Table with one row a trip: distance_km, fuel_l or energy_kwh, and where known

@@ -12,7 +12,7 @@ use ocmc_api::{
 };
 use std::path::{Path, PathBuf};
 
-/// What can be calibrated.
+/// Parts that can be calibrated.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum CalibrateCommand {
     /// Curve speeds: the law with which a study, driven and measured as drivers were, gives a

@@ -45,7 +45,7 @@ pub(crate) enum Failure {
 }
 
 impl From<Error> for Failure {
-    /// What options that do not fit together cause is wrong usage.
+    /// Maps errors of options that do not fit together to wrong usage.
     fn from(error: Error) -> Self {
         match error {
             Error::GivenDrive(GivenDriveError::Several | GivenDriveError::Route) => {

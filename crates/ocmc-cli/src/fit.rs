@@ -21,7 +21,7 @@ use std::slice::from_ref;
 /// Most files that a study names as its sources.
 const MOST_NAMED: usize = 4;
 
-/// What can be fitted.
+/// Laws that can be fitted.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum FitCommand {
     /// Curve speeds: regression and analysis of variance of measured curves, and the driver
@@ -246,7 +246,7 @@ pub(crate) struct FleetArguments {
     /// Trips of each truck in the next year [default: as in the records]
     #[arg(long, value_name = "N", value_parser = whole_number(1..=MOST_NEXT_TRIPS), allow_negative_numbers = true)]
     next_trips: Option<u64>,
-    /// Which end of the column stands first in the league
+    /// End of the column that stands first in the league
     #[arg(long, value_name = "END", default_value = "lowest", value_parser = one_of(BESTS))]
     best: Best,
     /// Draws of all trucks and drivers, in which it is counted how sure the league is

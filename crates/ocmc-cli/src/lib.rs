@@ -321,7 +321,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
     }
 }
 
-/// What was typed, and the names of the sub-commands that it was typed to.
+/// Arguments that were typed, and the names of the sub-commands that they were typed to.
 fn parsed(
     arguments: impl IntoIterator<Item = OsString>,
 ) -> Result<(Arguments, Vec<String>), clap::Error> {

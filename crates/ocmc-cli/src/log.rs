@@ -25,7 +25,7 @@ struct LogFileArguments {
     map: Vec<String>,
 }
 
-/// What the steering wheel does, for logs that only have its angle.
+/// Signal of the steering wheel, for logs that only have its angle.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct SteeringArguments {
     /// Ratio of the steering, for logs that only have the angle of the steering wheel
@@ -58,7 +58,7 @@ pub(crate) struct CurvesArguments {
     /// How curves are distinguished from straights
     #[arg(long, value_name = "NAME", default_value = "hidden-markov", value_parser = one_of(detectors()))]
     detector: Detector,
-    /// What the radius of a curve is
+    /// Definition of the radius of a curve
     #[arg(long, value_name = "NAME", default_value = "turn", value_parser = one_of(RADII))]
     radius: RadiusDefinition,
     /// Share of a curve's length, in its middle, in which speed and radius are measured [default:
@@ -103,8 +103,8 @@ pub(crate) struct IdentifyArguments {
     /// the paper bias the gains and have no intervals
     #[arg(long, value_name = "NAME", default_value = "none", value_parser = one_of(SPEED_TERMS))]
     speed_term: SpeedTerm,
-    /// What else is not known and is estimated with the gains; may be joined by commas. Default: all
-    /// of it with a PID and without a speed term, otherwise none
+    /// Further unknowns, estimated with the gains; may be joined by commas. Default: all of it with
+    /// a PID and without a speed term, otherwise none
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = one_of(UNKNOWNS))]
     unknown: Option<Vec<Unknown>>,
     /// Starts of the search for each event

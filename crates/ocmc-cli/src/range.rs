@@ -6,7 +6,7 @@ use clap::Args;
 use ocmc_api::{RangeRequest, range_of_run};
 use std::path::PathBuf;
 
-/// Whose range is asked for.
+/// Trucks whose range is asked for.
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("study", |study| study.default_value("battery-truck")))]
 pub(crate) struct BatteryRangeArguments {

@@ -74,8 +74,8 @@ pub(crate) struct ValidateArguments {
     /// a route, VECTO's `.vdri` [default: each drive on the road that its own log shows]
     #[arg(long, value_name = "FILE")]
     road: Option<PathBuf>,
-    /// What is taken from the road's file instead of being drawn from the study; may be repeated or
-    /// joined by commas
+    /// Parts that are taken from the road's file instead of being drawn from the study; may be
+    /// repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(KEEPS))]
     keep: Vec<Keep>,
     #[command(flatten)]

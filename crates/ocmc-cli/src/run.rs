@@ -20,7 +20,7 @@ use ocmc_api::{
 };
 use std::path::{Path, PathBuf};
 
-/// What the study is that nobody asked for.
+/// Description of the study where none was asked for.
 const DEFAULT_STUDY: &str = "`field-truck` has trucks of the 40 t class with 28 t in the mean, on \
     urban, rural and motorway roads. Others: --study long-haul, `ocmc study list`.";
 
@@ -94,12 +94,12 @@ pub(crate) struct DriveArguments {
     /// Says which column of a table is what, as in speed_limit_kmh=vmax; may be repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     map: Vec<String>,
-    /// What is taken from the file instead of being drawn from the study; may be repeated or joined
-    /// by commas
+    /// Parts that are taken from the file instead of being drawn from the study; may be repeated or
+    /// joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(KEEPS))]
     keep: Vec<Keep>,
-    /// What is drawn from the study's laws of each road type, anew in each cycle, where the file
-    /// lacks it; may be repeated or joined by commas
+    /// Parts that are drawn from the study's laws of each road type, anew in each cycle, where the
+    /// file lacks them; may be repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(DRAWS))]
     draw: Vec<Draw>,
     /// The stop plan that is driven on the route: a table of places with dwells, loads and times
@@ -359,7 +359,7 @@ fn routes_setting(routes: &[RouteModel]) -> String {
     format!("mission.routes=[{}]", all.join(", "))
 }
 
-/// What was written, and where.
+/// Report of the files written, and their place.
 fn written(path: &Path, manifest: &Manifest) -> String {
     let records = &manifest.records;
     let beside = ["trucks", "chargings", "loads"].map(|name| records.replace("records", name));

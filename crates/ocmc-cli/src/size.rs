@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use clap::Args;
 use ocmc_api::{SEASONS, Season, SizeRequest};
 
-/// Whose battery is asked for.
+/// Trucks whose battery is asked for.
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("study", |study| study.default_value("battery-truck")))]
 pub(crate) struct SizeArguments {

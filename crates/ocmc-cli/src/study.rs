@@ -14,7 +14,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// What can be done with studies.
+/// Commands on studies.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum StudyCommand {
     /// Lists the built-in studies

@@ -6,7 +6,7 @@ use clap::Args;
 use ocmc_api::{LAST_CYCLE_ID, MeasuredTrainingRequest, RunPlan, TrainingRequest, Watch};
 use std::path::PathBuf;
 
-/// Whose training is asked about.
+/// Drivers whose training is asked about.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TrainingArguments {
     #[command(flatten)]
@@ -21,7 +21,7 @@ pub(crate) struct TrainingArguments {
     /// Share of the drivers who are trained: those who stand worst in the records
     #[arg(long, value_name = "SHARE", default_value = "20%", value_parser = share)]
     share: f64,
-    /// What training changes in the study; may be repeated [default: trained drivers drive as the
+    /// Changes by training in the study; may be repeated [default: trained drivers drive as the
     /// middle fifth of drivers]
     #[arg(long, value_name = "KEY=VALUE")]
     coached: Vec<String>,

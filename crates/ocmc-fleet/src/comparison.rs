@@ -52,8 +52,9 @@ pub struct Comparison {
     /// none where that is not known, or the pairs are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjusted: Option<AdjustedDifference>,
-    /// What the difference owes to uncertain numbers of the studies; none where both take theirs for
-    /// certain, and where the two correlate the errors of the same numbers differently.
+    /// Part of the difference's uncertainty that comes from uncertain numbers of the studies; none
+    /// where both take theirs for certain, and where the two correlate the errors of the same
+    /// numbers differently.
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// Share of the pairs with values in which A is lower.
     pub share_a_lower: Option<f64>,
@@ -189,7 +190,7 @@ impl Means {
 }
 
 impl Spread {
-    /// That of residuals of both sides, added up by batch, of so many pairs.
+    /// Spread of residuals of both sides, added up by batch, of so many pairs.
     fn of(errors: &[(f64, f64)], pairs: f64, rounding: f64) -> Option<Self> {
         if errors.len() < 2 {
             return None;
@@ -203,8 +204,8 @@ impl Spread {
         Some(Self { degrees: m - 1.0, standard_error, variance_reduction })
     }
 
-    /// That of residuals of both sides, each after its cycle's id, where cycles belong together in
-    /// several ways.
+    /// Spread of residuals of both sides, each after its cycle's id, where cycles belong together
+    /// in several ways.
     fn over(
         clusters: &Clusters,
         errors: &(impl Iterator<Item = (u64, f64, f64)> + Clone),

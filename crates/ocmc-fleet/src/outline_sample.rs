@@ -1,5 +1,5 @@
-//! What the numbers of a run's cycles are expected to be: outlines of the second sample, of the same
-//! study and the same trips of its calendar ([`ocmc_core::study::outline`]).
+//! Expectations of the numbers of a run's cycles: outlines of the second sample, of the same study
+//! and the same trips of its calendar ([`ocmc_core::study::outline`]).
 //!
 //! They come in batches that spread evenly, and batches are independent: their means tell how sure
 //! the expectations are. Payload and road types are put in as they are known, and not as drawn.

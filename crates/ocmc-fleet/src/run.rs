@@ -19,8 +19,8 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Which cycles to run, and on what. Only `seed`, `first_cycle`, `cycles` and `pick_freeze` decide
-/// the records.
+/// Cycles to run, and the threads and streams. Only `seed`, `first_cycle`, `cycles` and
+/// `pick_freeze` decide the records.
 #[derive(Clone, Copy, Debug)]
 pub struct RunPlan {
     /// Master seed.
@@ -266,8 +266,8 @@ impl Waiting {
     }
 }
 
-/// What `of` makes of each cycle of a plan, by its id and in order of the ids; it does not depend on
-/// the threads. `progress` receives the number of cycles done, several times a second; breaking
+/// Results of `of` for each cycle of a plan, by its id and in order of the ids; it does not depend
+/// on the threads. `progress` receives the number of cycles done, several times a second; breaking
 /// ends the work, and sets the flag on which `of` may give up.
 pub fn each<T: Send, B>(
     plan: &RunPlan,

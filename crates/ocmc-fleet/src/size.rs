@@ -46,7 +46,7 @@ pub struct SizeFor {
     pub ci95_j: [Option<f64>; 2],
 }
 
-/// What is known of one trip.
+/// Knowledge of one trip.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     fails_j: f64,

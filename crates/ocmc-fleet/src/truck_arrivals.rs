@@ -1,4 +1,4 @@
-//! Which trucks of a fleet a battery truck can take the place of: those whose trips arrive.
+//! Trucks of a fleet that a battery truck can replace: those whose trips arrive.
 //!
 //! Of N trucks k make all of their trips, or at least 95 % of them. The interval of the share of such
 //! trucks is Wilson's: the shares p with |k/N − p| ≤ z √(p (1 − p) / N), z = 1.96, so that it stays

@@ -33,7 +33,8 @@ use std::ops::ControlFlow;
 /// Most cycles that are driven on each side of a number.
 pub const MOST_PAIRS: u64 = 1000;
 
-/// What a fleet's mean, or the difference of two, owes to uncertain numbers of the study.
+/// Part of the uncertainty of a fleet's mean, or of the difference of two, that comes from
+/// uncertain numbers of the study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterUncertainty {
     /// Name of the quantity.
@@ -51,7 +52,7 @@ pub struct ParameterUncertainty {
     pub parameters: Vec<ParameterEffect>,
 }
 
-/// What the error of one number does to the mean.
+/// Effect of one number's error on the mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterEffect {
     /// Path of the key.
@@ -69,7 +70,7 @@ pub struct ParameterEffect {
     pub pairs: u64,
 }
 
-/// What one standard error of each number does.
+/// Effects of one standard error of each number.
 #[derive(Clone, Debug)]
 pub struct Effects {
     column: String,
@@ -123,7 +124,7 @@ impl Effects {
         ControlFlow::Continue(Some(Self { column, cycles, correlation, numbers }))
     }
 
-    /// Those of a study that takes all numbers for certain.
+    /// Effects in a study that takes all numbers for certain.
     pub fn nothing(quantity: &NamedQuantity) -> Self {
         let (correlation, numbers) = (DMatrix::zeros(0, 0), Vec::new());
         Self { column: quantity.column.to_owned(), cycles: 0, correlation, numbers }
@@ -230,7 +231,7 @@ fn paired(plan: &RunPlan) -> RunPlan {
     RunPlan { level, ..fewer }
 }
 
-/// What one standard error of a number does, from fleets that are so many of them apart, and its
+/// Effect of one standard error of a number, from fleets that are so many of them apart, and its
 /// residuals by batch, which are of the mean: their sum is 0. Unknown as it was where no cycle was
 /// completed on both sides.
 fn half(

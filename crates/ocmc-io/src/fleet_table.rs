@@ -25,7 +25,7 @@ const DISTANCES: [&str; 14] = [
     "distancia",
 ];
 
-/// What `outcome` says of a trip that arrived.
+/// Word in `outcome` for a trip that arrived.
 const COMPLETED: &str = "completed";
 
 /// Reads records. `column` is the one whose numbers are compared, `weight` the one that says how

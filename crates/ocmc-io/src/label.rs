@@ -1,5 +1,5 @@
-//! What quantities are called for people, the factors to the units in which people read them, and
-//! what has to be said of those that look wrong and are not.
+//! Labels of quantities for people, the factors to the units in which people read them, and what
+//! has to be said of those that look wrong and are not.
 
 use crate::number_text::{count_of, grouped, percent, rounded, rounded_share};
 use ocmc_core::charging::ChargingPlace;
@@ -70,8 +70,8 @@ pub fn clock(quarter_hour: u64) -> String {
     format!("{:02}:{:02}", quarter_hour / 4, 15 * (quarter_hour % 4))
 }
 
-/// What a reader may take for an error in a table over cycles, a sentence each: a mean that lies
-/// above its own quantiles, and traction above the energy that it came from.
+/// Remarks on what a reader may take for an error in a table over cycles, a sentence each: a mean
+/// that lies above its own quantiles, and traction above the energy that it came from.
 pub fn remarks(summary: &Summary) -> Vec<String> {
     let n = |column: &str| summary.statistic(column).map_or(0, |statistic| statistic.n);
     let mut remarks = Vec::new();

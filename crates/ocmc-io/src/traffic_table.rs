@@ -19,7 +19,7 @@ pub struct TrafficTable {
     /// Where speeds were measured: of each row the speed over that of the empty road, NaN where it
     /// is missing.
     pub speed_ratios: Option<Vec<f64>>,
-    /// What was read.
+    /// Account of the file.
     pub read: FileAccount,
 }
 

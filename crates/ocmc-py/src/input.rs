@@ -35,7 +35,7 @@ pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Source> {
     Ok(Source::Table(GivenTable::new(argument, names, pieces)))
 }
 
-/// What a user says that columns are.
+/// Mappings of columns as a user states them.
 pub(crate) fn mappings(columns: Option<BTreeMap<String, String>>) -> PyResult<Vec<Mapping>> {
     let mappings = Mapping::of_columns(&columns.unwrap_or_default());
     mappings.map_err(|error| exception(error.into()))

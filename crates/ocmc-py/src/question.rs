@@ -1,4 +1,4 @@
-//! What is asked of studies: the methods of `ocmc.Study`.
+//! Questions to studies: the methods of `ocmc.Study`.
 
 use crate::answer::answer;
 use crate::calibrate::totals;
@@ -22,7 +22,8 @@ use pyo3::types::{PyDict, PyType};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// What a study is made from again: its class, its dictionary, and whether it may name files.
+/// Parts from which a study is made again: its class, its dictionary, and whether it may name
+/// files.
 type Pickled<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, bool));
 
 #[pymethods]
@@ -288,7 +289,7 @@ impl PyStudy {
         Ok(PyRun { routes, ..run(py, &self.loaded, &given, plan, None, None, progress)? })
     }
 
-    /// Which factors the spread between cycles comes from: shares of the variance.
+    /// Shares of the variance between cycles by factor.
     ///
     /// Parameters
     /// ----------
@@ -429,8 +430,8 @@ impl PyStudy {
         answer(py, &watched(py, progress, |watch| ocmc_api::bound(&request, watch))?)
     }
 
-    /// What the answer owes to numbers that are judged: each is driven at both ends of its plausible
-    /// range, on the same cycles.
+    /// Contribution of judged numbers to the answer's uncertainty: each is driven at both ends of
+    /// its plausible range, on the same cycles.
     ///
     /// Parameters
     /// ----------

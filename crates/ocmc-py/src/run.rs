@@ -46,11 +46,11 @@ use std::path::PathBuf;
 pub(crate) struct PyRun {
     pub(crate) answer: RunAnswer,
     pub(crate) records: Table,
-    /// What was read of the routes that were driven.
+    /// Accounts of the routes that were driven.
     pub(crate) routes: Vec<Account>,
 }
 
-/// What `unpickled` makes a run of.
+/// Parts of which `unpickled` makes a run.
 type Pickled<'py> = (String, f64, usize, String, Bound<'py, PyBytes>, Vec<u8>);
 
 /// Records on their way into a table: batches of as many rows as a file has in a group.
@@ -374,10 +374,10 @@ impl PyRun {
         table_of(batches, || ocmc_api::chargings_batch(&[]).schema())
     }
 
-    /// What was read of each route that `Study.drive` was given: ``file``, ``length_m``, ``climb_m``,
+    /// Account of each route that `Study.drive` was given: ``file``, ``length_m``, ``climb_m``,
     /// ``steepest_grade``, ``n_curves``, ``n_stops``, ``limits_mps`` (none where they are drawn),
-    /// ``position_noise_m``, ``altitude_noise_m``, the same in words (``told``), and what of it is hardly a road
-    /// (``warnings``). Empty of other runs, and of one that was saved or pickled.
+    /// ``position_noise_m``, ``altitude_noise_m``, the same in words (``told``), and what of it is
+    /// hardly a road (``warnings``). Empty of other runs, and of one that was saved or pickled.
     #[getter]
     fn routes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = serde_json::to_string(&self.routes).expect("numbers and words");

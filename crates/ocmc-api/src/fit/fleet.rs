@@ -27,18 +27,18 @@ const MOST_MEMBERS: usize = 20;
 pub struct FleetRequest {
     /// One row a trip, or the directory of a run.
     pub records: Source,
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// The column that is compared; where none is named, the consumption: that of fuel, or where
     /// no trip has one, that of electricity.
     pub column: Option<String>,
     /// The column that says how much a trip counts: its variance is inverse to that.
     pub weight: Option<String>,
-    /// What counts, and what is asked.
+    /// Criteria of the records that count, and the question.
     pub options: FleetOptions,
 }
 
-/// What the records of a fleet tell.
+/// Results from the records of a fleet.
 #[derive(Clone, Debug, Serialize)]
 pub struct FleetAnswer {
     /// The column that was compared.
@@ -48,7 +48,7 @@ pub struct FleetAnswer {
     /// The estimates.
     #[serde(flatten)]
     pub fit: FleetFit,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
     /// The difference that was to be told apart, as a share of the mean.
     pub differ: f64,
@@ -189,7 +189,7 @@ fn with_interval(value: f64, [low, high]: [f64; 2], factor: f64) -> String {
     format!("{value} ({low} ; {high})")
 }
 
-/// What a level is called between two of it.
+/// Plural of a level's name.
 fn plural(level: &str) -> &str {
     match level {
         "truck" => "trucks",
@@ -320,7 +320,7 @@ fn short_percent(share: f64) -> String {
     format!("{}", (1e6 * share).round() / 1e4)
 }
 
-/// Which two are told apart; `both` where trucks and drivers are two levels.
+/// Two levels that are told apart; `both` where trucks and drivers are two levels.
 fn question(of: &TellingApart, both: bool) -> String {
     let two = match of.level {
         "truck" => "two trucks",
@@ -344,7 +344,7 @@ fn cut(label: &str) -> String {
     label.chars().take(24).collect()
 }
 
-/// That there are more.
+/// Remark that there are more.
 fn more(count: usize) -> String {
     let more = count.saturating_sub(MOST_MEMBERS);
     if more == 0 {

@@ -35,7 +35,7 @@ pub use held_back::HeldBack;
 pub struct LearnRequest<'a> {
     /// The folder.
     pub folder: PathBuf,
-    /// Which column is what, in all tables that have such a column.
+    /// Columns of the quantities, in all tables that have such a column.
     pub mappings: Vec<Mapping>,
     /// The study that keeps what is not learnt, and its name or file.
     pub base: (String, &'a LoadedStudy),

@@ -332,7 +332,7 @@ impl MixedFleetAnswer {
         self.groups.iter().filter_map(of).collect()
     }
 
-    /// What judged numbers add to the doubt of each group, a line each.
+    /// Contributions of judged numbers to the uncertainty of each group, a line each.
     fn doubts(&self) -> String {
         let doubts = self.groups.iter().map(|GroupAnswer { group, run, .. }| {
             let judged = judged(&run.summary, WIDTH - group.chars().count() - 2);

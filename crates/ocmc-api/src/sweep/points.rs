@@ -10,8 +10,8 @@ use ocmc_io::table::words;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SweepPoints {
     keys: Vec<String>,
-    /// Of each point the values in the order of the keys, as `--set` takes them; none where the
-    /// point leaves a key as the study has it.
+    /// Values of each point in the order of the keys, as `--set` takes them; none where the point
+    /// leaves a key as the study has it.
     rows: Vec<Vec<Option<String>>>,
 }
 

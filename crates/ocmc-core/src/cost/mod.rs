@@ -1,4 +1,4 @@
-//! What transport costs: prices, what a trip uses of what has a price, and the whole life of a
+//! Cost of transport: prices, the use by a trip of all that has a price, and the whole life of a
 //! truck.
 //!
 //! With a_k what a trip uses of charge k (litres, kWh, hours, km), p_k,i its price in year i of the
@@ -191,7 +191,7 @@ impl CostModel {
         self.yearly().into_iter().find(|(known, _)| *known == key)?.1
     }
 
-    /// What is paid by the truck, with its keys.
+    /// Keys of the prices that are paid by the truck, and whether each is set.
     fn by_truck(&self) -> [(&'static str, bool); 9] {
         [
             ("purchase_per_truck", self.purchase_per_truck.is_some()),

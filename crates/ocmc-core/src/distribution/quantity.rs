@@ -82,7 +82,7 @@ impl Quantity {
         }
     }
 
-    /// What is wrong with a law's own parameters: (parameter, value, what is allowed).
+    /// Fault of a law's own parameters: (parameter, value, what is allowed).
     pub fn fault(&self) -> Option<(&'static str, f64, &'static str)> {
         match self {
             Self::Number(_) => None,
@@ -155,7 +155,7 @@ impl<'de> Visitor<'de> for QuantityVisitor {
     }
 }
 
-/// What a table says beside its law.
+/// Keys of a table beside its law.
 #[derive(Default)]
 struct LevelKeys {
     level: Option<Level>,

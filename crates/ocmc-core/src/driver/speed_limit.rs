@@ -1,4 +1,4 @@
-//! What a driver makes of a speed limit, of a bump, and of a truck's limiter.
+//! Response of a driver to a speed limit, to a bump, and to a truck's limiter.
 //!
 //! Checked: a bump of 4 m × 0.10 m at 2 m/s² is taken at 6.3 m/s, and the minimum of sign, legal
 //! speed and v_max holds. The desired speed never lies above v_max (`tests/it/tactical.rs`).

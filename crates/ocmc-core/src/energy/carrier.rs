@@ -209,7 +209,7 @@ impl Carrier {
     /// Number of carriers.
     pub const COUNT: usize = CARRIERS.len();
 
-    /// What is declared of it.
+    /// Declaration of the carrier.
     pub fn declaration(self) -> &'static Declaration {
         &CARRIERS[self as usize]
     }

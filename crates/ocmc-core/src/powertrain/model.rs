@@ -13,7 +13,7 @@ use crate::validation::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a truck has that is priced by its size.
+/// Parts of a truck that are priced by their sizes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sizes {
     /// Largest power at the points of the engine's full load, in kW; none without an engine.
@@ -24,7 +24,7 @@ pub struct Sizes {
     pub battery_kwh: Option<f64>,
     /// Highest net power of the fuel cell, in kW; none without one.
     pub cell_kw: Option<f64>,
-    /// What it stores.
+    /// Carriers that it stores.
     pub carriers: &'static [Carrier],
     /// Whether chargers charge it.
     pub plugs_in: bool,
@@ -87,7 +87,7 @@ impl PowertrainModel {
         if let Self::BatteryElectric(model) = self { Some(model) } else { None }
     }
 
-    /// What it stores.
+    /// Carriers that it stores.
     pub fn carriers(&self) -> &'static [Carrier] {
         match self {
             Self::Combustion(model) => model.engine.fuel.carrier.alone(),
@@ -148,8 +148,8 @@ impl PowertrainModel {
         }
     }
 
-    /// What differs between trucks: the factor on the fuel map, 1 without one, and the state of charge
-    /// at departure, where there is a battery. `draw` draws a law of the vehicle.
+    /// Differences between trucks: the factor on the fuel map, 1 without one, and the state of
+    /// charge at departure, where there is a battery. `draw` draws a law of the vehicle.
     pub fn sample(
         &self,
         draw: &mut dyn FnMut(&Quantity) -> f64,

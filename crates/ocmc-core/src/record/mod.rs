@@ -187,7 +187,7 @@ pub struct Record {
     pub truck_id: u64,
     /// Its driver: one of the truck's, or of the pool; null where a speed is followed exactly.
     pub driver_id: Option<u64>,
-    /// Which trip of its truck it is, from 0.
+    /// Number of the trip among those of its truck, from 0.
     pub trip: u64,
     /// Distance of the whole trip, in m. Where the battery emptied on the way, it is of the same
     /// trip driven again with a battery that never empties. Null for a diesel truck, and where the
@@ -253,8 +253,8 @@ pub struct Record {
     /// Work that the truck's body took at stops of the mission, in J, a part of
     /// `auxiliary_energy_j`; null where a speed is followed exactly.
     pub power_take_off_energy_j: Option<f64>,
-    /// What the chargers on the way gave the auxiliaries while the truck was plugged in, in J: no part of
-    /// `auxiliary_energy_j`; null as `charged_energy_public_j`.
+    /// Energy that the chargers on the way gave the auxiliaries while the truck was plugged in, in
+    /// J: no part of `auxiliary_energy_j`; null as `charged_energy_public_j`.
     pub charger_auxiliary_energy_j: Option<f64>,
     /// Its route, from 0 in the order in which a study or a command names them; null where the road
     /// is drawn.
@@ -263,7 +263,7 @@ pub struct Record {
     /// have a column of their own.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
-    /// What road types and event kinds took, in columns that the study names.
+    /// Amounts that road types and event kinds took, in columns that the study names.
     #[serde(skip)]
     pub breakdown: Breakdown,
     /// Each charging of a trip, in order; none where a study has no `[charging]`, and for a diesel
@@ -307,7 +307,7 @@ impl Record {
         record
     }
 
-    /// What the whole cycle took of an amount that is broken down.
+    /// Amount of the whole cycle, of those that are broken down.
     pub fn whole(&self, amount: Amount) -> Option<f64> {
         match amount {
             Amount::Distance => Some(self.distance_m),
@@ -317,7 +317,7 @@ impl Record {
         }
     }
 
-    /// What the cycle took of a carrier, in the unit of its amount; none where its truck does not store
+    /// Amount of a carrier that the cycle took, in its unit; none where its truck does not store
     /// it.
     pub fn amount(&self, carrier: Carrier) -> Option<f64> {
         self.of_carrier(carrier)[0]

@@ -30,14 +30,14 @@ pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
     if found.is_empty() { Ok(()) } else { Err(StudyError { problems: found }) }
 }
 
-/// What lies outside the range that is declared of its key, in a [tree](super::tree) of a study.
+/// Values outside the range that is declared of their key, in a [tree](super::tree) of a study.
 pub fn outside_bounds(tree: &Value) -> Vec<Problem> {
     let mut problems = Problems::default();
     within_bounds(tree, Key(&declarations()), &mut problems);
     problems.into_found()
 }
 
-/// What the rules beside the models say of numbers that are each within their range.
+/// Problems by the rules beside the models, of numbers that are each within their range.
 fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     let StudyModel { mission, road, traffic, driver, vehicle, fleet, .. } = model;
     let mut problems = Problems::default();
@@ -200,7 +200,7 @@ pub struct Unusual {
     pub usual: Bounds,
 }
 
-/// What lies outside the range that is usual for its key, in a [tree](super::tree) of a study. A
+/// Values outside the range that is usual for their key, in a [tree](super::tree) of a study. A
 /// zero is none, where zero is allowed.
 pub fn outside_usual(tree: &Value) -> Vec<Unusual> {
     let mut found = Vec::new();

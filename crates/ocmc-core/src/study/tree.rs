@@ -37,14 +37,14 @@ pub enum Step {
     Index(usize),
 }
 
-/// What a tree says that no study says.
+/// Error of a tree that is no study.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct TreeError {
     /// Steps from the root; they end at the table around a missing key, and at a law for what is
     /// wrong within.
     pub steps: Vec<Step>,
-    /// What is wrong there, in the words of serde.
+    /// Fault there, in the words of serde.
     pub message: String,
 }
 

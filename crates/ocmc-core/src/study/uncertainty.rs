@@ -142,7 +142,7 @@ fn of_curve_speed(law: &CurveSpeedModel) -> Estimates {
 }
 
 impl StudyModel {
-    /// What the study says of its uncertain numbers; none where it takes all for certain.
+    /// Uncertain numbers of the study; none where it takes all for certain.
     pub fn uncertain(&self) -> Option<Uncertainty> {
         let law = &self.driver.curve_speed;
         let law = law.parameter_uncertainty.then(|| of_curve_speed(law));

@@ -65,7 +65,7 @@ pub struct TrafficFit {
     pub parameters: Vec<StudyParameterFit>,
     /// SD of the noise of the speeds over the speed of the empty road, where speeds were measured.
     pub speed_noise_sd: Option<f64>,
-    /// What does not stop the fit and has to be known.
+    /// Facts that do not stop the fit and have to be known.
     pub warnings: Vec<String>,
     /// The model: the base study's, with what was estimated laid over it.
     #[serde(skip)]

@@ -84,7 +84,7 @@ pub struct Controller {
     pub resistance_share: f64,
 }
 
-/// What the first second of a log says about the start of its event.
+/// Start of the event by the first second of its log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventStart {
     /// Speed, in m/s, and its standard error.
@@ -123,7 +123,7 @@ pub struct ClosedLoop<'a> {
     scenario: Scenario,
     /// Motion at the start.
     pub rolling: InitialMotion,
-    /// What the log says about it.
+    /// Start of the event by its log.
     pub start: EventStart,
     /// Output of the controller at the start, from the pedals.
     pub start_output: f64,
@@ -273,7 +273,7 @@ impl<'a> ClosedLoop<'a> {
         simulate_events(self.study, &starts, self.duration_s)
     }
 
-    /// What is driven with a controller.
+    /// Start of a drive with a controller.
     fn rolling_start(&self, controller: &Controller) -> RollingStart {
         let mut scenario = self.scenario.clone();
         let Controller { proportional, integral, derivative, threshold_mps, .. } = *controller;
@@ -397,7 +397,7 @@ fn start_of(log: &PedalLog, values: &[f64]) -> StartPolynomial {
     StartPolynomial { coefficients: vec![values[0]], inverse, moves: false }
 }
 
-/// What a first-order lag makes of a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it
+/// Response of a first-order lag to a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it
 /// began: Σ (−τ)^k k! c_k.
 fn lagged(coefficients: &[f64], lag_s: f64) -> f64 {
     let (mut factor, mut sum) = (1.0, 0.0);

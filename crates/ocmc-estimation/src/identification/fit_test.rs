@@ -51,7 +51,7 @@ pub(super) struct ComparedRow {
     pub(super) simulated: [f64; 2],
 }
 
-/// What the tests of a fit have found.
+/// Results of the tests of a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FitTest {
     /// Noise of the sensors of accelerator and brake, standard deviation, at least their

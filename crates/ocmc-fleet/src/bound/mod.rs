@@ -68,16 +68,16 @@ pub enum BoundError {
     },
 }
 
-/// What a speed with its gears takes in the backward mode.
+/// Energy of a speed with its gears in the backward mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// Energy from tank or battery, what is missing paid for, in J.
     pub energy_j: f64,
-    /// Of it from tank or battery, in J.
+    /// Energy from tank or battery, in J.
     pub source_j: f64,
-    /// What was missing at the wheels, in J.
+    /// Energy that was missing at the wheels, in J.
     pub missing_j: f64,
-    /// What brought the engine to the speeds of new gears, in J.
+    /// Energy that brought the engine to the speeds of new gears, in J.
     pub jumps_j: f64,
     /// Energy at the wheels, in J.
     pub wheel_j: f64,
@@ -89,7 +89,7 @@ pub struct Figure {
     pub n_gear_shifts: u32,
     /// Energy by road type, in the order of the study, in J.
     pub by_road_type_j: Vec<f64>,
-    /// What has to be paid for by road type, in J.
+    /// Energy that has to be paid for by road type, in J.
     unpaid_j: Vec<f64>,
     /// All integrals.
     pub ledger: Ledger<f64>,
@@ -102,7 +102,7 @@ pub struct Figure {
 pub struct Bound {
     /// Id of the cycle.
     pub cycle_id: u64,
-    /// What was simulated.
+    /// Record of the simulation.
     pub record: Record,
     /// The driver's speed and gears in the backward mode.
     pub driver: Figure,
@@ -110,7 +110,7 @@ pub struct Bound {
     pub optimum: Figure,
     /// Whether the search found better than the driver.
     pub found: bool,
-    /// What a second more is worth, in W; none where nothing was found.
+    /// Worth of a second more, in W; none where nothing was found.
     pub price_w: Option<f64>,
     /// The optimum, speed and gears over time.
     pub cycle: DriveCycle,
@@ -314,7 +314,7 @@ impl<'a> Trip<'a> {
         all.map(of).collect()
     }
 
-    /// What a drive cycle takes; nothing is paid for yet. `legs`: its legs.
+    /// Figure of a drive cycle; nothing is paid for yet. `legs`: its legs.
     fn figure(&self, cycle: &DriveCycle, legs: &[DrivenLeg]) -> Figure {
         let sections = &self.scenario.cycle.road.sections;
         let mut by_road_type_j = vec![0.0; self.study.road_types().len()];

@@ -54,7 +54,7 @@ pub(crate) fn built_in(path: &Path) -> Option<&'static str> {
 /// How a route is to be read, beyond what its file says.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RouteOptions<'a> {
-    /// Which column of a table is what.
+    /// Columns of a table.
     pub mappings: &'a [Mapping],
     /// Parts that are drawn where the file lacks them.
     pub draw: &'a [Draw],

@@ -28,7 +28,7 @@ const AROUND: usize = 4;
 const SIDEWAYS: [f64; 2] = [1.3, 0.6];
 const AHEAD: [f64; 2] = [2.5, 0.1];
 const SHARPER: f64 = 3.0;
-/// What is left of the turns at both ends, over the smaller one: a road goes on as before.
+/// Turn that is left at both ends, over the smaller one: a road goes on as before.
 const LEFT: f64 = 0.5;
 /// A gap, in m, and over nine of ten steps (judgement): the straights of maps are shorter.
 const GAP_M: f64 = 400.0;

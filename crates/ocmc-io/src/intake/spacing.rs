@@ -52,8 +52,8 @@ const SLOWEST_MPS: f64 = 3.0;
 /// Work against rolling and air, in J per kg and m.
 const WORK_J_PER_KG_M: f64 = 0.1;
 
-/// What the points of a road leave open, and what is made up for. `limit_mps` holds from each point
-/// on, `odometer_m` are the places of the points where they are measured.
+/// Gaps between the points of a road, and the corrections for them. `limit_mps` holds from each
+/// point on, `odometer_m` are the places of the points where they are measured.
 pub fn sparse_points(path: &Path2d, odometer_m: Option<&[f64]>, limit_mps: &[f64]) -> Vec<Finding> {
     let (x_m, y_m) = path.points_m();
     let (turns, edges_m) = turns(x_m, y_m);
@@ -190,7 +190,7 @@ impl Road<'_> {
         (halves * remaining + sharp.abs().max(wide.abs())) / work
     }
 
-    /// What is braked away ahead of the curves of some points, in J/kg.
+    /// Energy per mass braked away ahead of the curves of some points, in J/kg.
     fn braked(&self, points: &[usize], how: Rounding) -> f64 {
         let of = |values: &[f64]| -> Vec<f64> { points.iter().map(|k| values[*k]).collect() };
         let (x_m, y_m) = self.path.points_m();

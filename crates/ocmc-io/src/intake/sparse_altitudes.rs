@@ -8,7 +8,7 @@ use super::Finding;
 use crate::number_text::rounded;
 
 const NAME: &str = "sparse-altitudes";
-/// What is lost at 1000 m, in %, about in proportion to the spacing.
+/// Loss at 1000 m, in %, about in proportion to the spacing.
 const LOST_PERCENT: f64 = 2.7;
 /// Spacing, in m, from which on single roads lose more than 2 %.
 const BOUND_M: f64 = 450.0;

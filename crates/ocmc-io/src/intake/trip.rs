@@ -8,12 +8,12 @@ use crate::number_text::{count_of, grouped, rounded};
 struct Unit {
     /// Ends of names of columns, without blanks, brackets and case, `per` as `/`.
     forms: &'static [&'static str],
-    /// What road vehicles can take: none makes fuel, and the heaviest combinations uphill take some
-    /// 300 L/100 km.
+    /// Possible range for road vehicles: none makes fuel, and the heaviest combinations uphill take
+    /// some 300 L/100 km.
     possible: [f64; 2],
     /// Medians of fleets, from small cars to road trains (judgement).
     usual: [f64; 2],
-    /// What it probably is below and above that.
+    /// Probable units below and above that.
     likely: [&'static str; 2],
 }
 

@@ -29,10 +29,10 @@ use ocmc_core::operating_cycle::road::route_geometry::Path2d;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What tells rows of different drives apart.
+/// Quantities that tell rows of different drives apart.
 const LABELS: [Quantity; 4] = [Quantity::Truck, Quantity::Driver, Quantity::Drive, Quantity::Event];
 
-/// What tells a date.
+/// Quantities that tell a date.
 const CALENDAR: [Quantity; 2] = [Quantity::Date, Quantity::Day];
 
 /// Digits of a fingerprint.
@@ -43,7 +43,7 @@ const LOOKED_AT: usize = 100_000;
 /// Rows of these that may repeat the time of the row before them or go back, in %.
 const MOST_STILL: usize = 99;
 
-/// What a command needs of a log: one of these quantities.
+/// Need of a command in a log: one of these quantities.
 pub type Need = &'static [Quantity];
 
 /// The rows of one drive (and event).
@@ -66,7 +66,7 @@ pub struct LoggedTrip {
 }
 
 impl LoggedTrip {
-    /// Of columns in SI.
+    /// Trip of columns in SI.
     pub fn new<const N: usize>(
         driver: &str,
         drive: &str,
@@ -162,7 +162,7 @@ pub struct Unreadable {
     pub cells: usize,
     /// Where the first one is.
     pub place: RowPlace,
-    /// What stands there.
+    /// Text that stands there.
     pub text: String,
 }
 
@@ -175,7 +175,7 @@ pub struct LogFile {
     pub drives: Vec<LoggedTrip>,
     /// The columns that are understood, with their names.
     pub columns: Vec<(Column, String)>,
-    /// What was read.
+    /// Account of the file.
     pub read: FileAccount,
     /// Rows.
     pub rows: usize,
@@ -350,7 +350,7 @@ fn count(unreadable: &mut Vec<Unreadable>, column: &str, text: String, place: Ro
 
 /// Drives whose rows are being read.
 struct Trips {
-    /// What stands for a label that is not there.
+    /// Name that stands for a label that is not there.
     name: String,
     /// Places of the drives; none of those that were given away.
     known: BTreeMap<[String; 4], Option<usize>>,

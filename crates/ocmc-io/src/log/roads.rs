@@ -45,7 +45,7 @@ const PART_ROWS: usize = 1_000_000;
 /// Most notes that say the same of other drives.
 const MOST_ALIKE: usize = 3;
 
-/// What roads need of a log.
+/// Needs of roads in a log.
 pub const NEEDS: [Need; 2] = [&[Quantity::Time], &[Quantity::Speed]];
 
 /// Whether a file is a log: a table with a column for time or speed, which no operating cycle has.
@@ -83,18 +83,18 @@ pub struct RoadsApart {
 pub struct FoundRoads {
     /// The roads.
     pub roads: Vec<LoggedRoad>,
-    /// What all of them tell; none before the first one.
+    /// Coverage that all of them share; none before the first one.
     coverage: Option<Coverage>,
     /// Whether an object of the map stands beside any of them.
     has_objects: bool,
     /// Measured altitudes that are kept, and of which roads: each so many-th has all of its own.
     altitudes: usize,
     altitudes_of_each: usize,
-    /// What has to be known, each with its place.
+    /// Notes that have to be known, each with its place.
     pub notes: Vec<String>,
     /// Where the drives stand that could not be used, and why.
     pub left_out: Vec<(String, TripError)>,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
 }
 
@@ -286,7 +286,7 @@ impl FoundRoads {
         self.coverage = Some(self.coverage.map_or(more, |coverage| coverage.with(more)));
     }
 
-    /// What all roads tell. With a range, in m, the curves of operating cycles are those of a
+    /// Coverage of all roads. With a range, in m, the curves of operating cycles are those of a
     /// detector: others are there and were not seen.
     pub fn coverage(&self, radius_range_m: Option<[f64; 2]>) -> Coverage {
         let coverage = self.coverage.unwrap_or(Coverage::ALL);
@@ -330,7 +330,7 @@ fn kind_of(note: &str) -> String {
     said.chars().filter(|letter| !letter.is_ascii_digit()).collect()
 }
 
-/// What is said of a drive of which only the steering wheel tells how it turned.
+/// Note on a drive of which only the steering wheel tells how it turned.
 pub(super) fn steering_note(place: &str) -> String {
     format!(
         "{place}: only the angle of the steering wheel tells how it turned: its curves are not known \
@@ -385,7 +385,7 @@ pub(super) fn road_log<'a>(drive: &'a LoggedTrip, turning: Option<TripLog<'a>>) 
     }
 }
 
-/// What was not used of a drive, or had to be supposed.
+/// Notes on parts of a drive that were not used, or had to be supposed.
 pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     let mut notes = row_notes(place, &counts.rows);
     let objects = KINDS.map(|kind| kind.map_object);

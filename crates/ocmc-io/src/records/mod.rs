@@ -27,13 +27,13 @@ pub const GROUP_ROWS: usize = 8192;
 /// behind all others: a list of chargings, as JSON.
 pub const CHARGING_EVENTS: &str = "charging_events";
 
-/// What a trip charged, as JSON.
+/// Charging of a trip, as JSON.
 fn charging_text(record: &Record) -> Option<String> {
     let events = record.charging_events.as_ref()?;
     Some(serde_json::to_string(events).expect("numbers and words"))
 }
 
-/// What a trip charged, from JSON.
+/// Charging of a trip, from JSON.
 fn charging_events(text: &str) -> Result<Vec<ChargingEvent>, serde_json::Error> {
     serde_json::from_str(text)
 }
@@ -84,7 +84,7 @@ pub enum Compression {
     Snappy,
 }
 
-/// What can go wrong with a file of records.
+/// Errors of a file of records.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RecordsError {

@@ -28,7 +28,7 @@ const SMALL: f64 = 0.004;
 /// charging, and at the end.
 pub(super) type Course = Vec<[f64; 2]>;
 
-/// That of a trip that was charged by a policy.
+/// Course of a trip that was charged by a policy.
 fn course_of(record: &Record) -> Option<Course> {
     let events = record.charging_events.as_ref()?;
     let mut course = vec![[0.0, record.departure_charge?]];
@@ -82,7 +82,7 @@ fn stops(summary: &Summary) -> String {
     )
 }
 
-/// Of how many trucks the trips arrive.
+/// Numbers of trucks whose trips arrive.
 fn trucks(summary: &Summary) -> String {
     let [all, most] = &summary.truck_arrivals[..] else { return String::new() };
     let range = |ci95: [f64; 2]| format!("{:.0} to {:.0} %", 100.0 * ci95[0], 100.0 * ci95[1]);
@@ -160,7 +160,7 @@ fn charge_at(course: &[[f64; 2]], at_m: f64) -> Option<f64> {
     Some(begin + (end - begin) * share)
 }
 
-/// What chargers draw from the grid over the day.
+/// Load of chargers on the grid over the day.
 fn loads(summary: &Summary) -> String {
     let Some(loads) = &summary.loads else { return String::new() };
     let mut text = String::new();

@@ -37,11 +37,11 @@ pub struct ComparisonPage<'a> {
 /// How study B differs from study A.
 #[derive(Clone, Copy, Debug)]
 pub struct PairPicture<'a> {
-    /// What A and B are called.
+    /// Names of A and B.
     pub names: [&'a str; 2],
     /// The difference.
     pub comparison: &'a Comparison,
-    /// Which of them costs less; none where they have not both prices in one currency.
+    /// Difference in cost; none where they have not both prices in one currency.
     pub cost: Option<&'a CostDifference>,
     /// The keys in which they differ.
     pub keys: &'a [KeyDifference],
@@ -143,7 +143,7 @@ impl PairPicture<'_> {
         format!("<p class=\"soft\">A: {a}<br>B: {b}</p>\n{}", lead(&said))
     }
 
-    /// What both cost over the distance and the work of transport.
+    /// Costs of both over the distance and the work of transport.
     fn costs(&self) -> String {
         let Some(cost) = self.cost else { return String::new() };
         let line = |unit: &str, side: &Side| {
@@ -163,7 +163,7 @@ impl PairPicture<'_> {
         format!("<h2>Cost</h2>\n{}", table(&head, rows))
     }
 
-    /// What B differs in.
+    /// Keys in which B differs.
     fn differing_keys(&self) -> String {
         let rows = self.keys.iter().take(MOST_KEYS).map(|key| {
             let [a, b] = key.values().map(|value| escaped(&value));
@@ -226,7 +226,7 @@ impl PairPicture<'_> {
         )
     }
 
-    /// What the differences go with.
+    /// Inputs that go with the differences.
     fn explained(&self, unit: &str, factor: f64) -> String {
         let first = self.baseline.first().map_or(0, |record| record.cycle_id);
         let record = |pair: &PairOfValues| self.baseline.get((pair.cycle_id - first) as usize);

@@ -13,11 +13,11 @@ pub struct MixedFleetPage<'a> {
     pub study: &'a str,
     /// The answer in a sentence.
     pub said: &'a str,
-    /// What stands in large print: numbers with their units, and what they are.
+    /// Key figures in large print: numbers with their units, and their meaning.
     pub keys: &'a [[String; 2]],
     /// Name of the total whose shares are drawn.
     pub shared: &'a str,
-    /// Of each group its name, its share of that total, and this in words; none where not all have it.
+    /// Name of each group, its share of that total, and this in words; none where not all have it.
     pub shares: &'a [(String, f64, String)],
     /// Tables below.
     pub tables: &'a [PageTable],
@@ -32,7 +32,7 @@ pub struct MixedFleetPage<'a> {
 pub struct PageTable {
     /// Heading above it.
     pub heading: &'static str,
-    /// What it says, in a sentence.
+    /// Note of the table, in a sentence.
     pub note: &'static str,
     /// Names of its columns.
     pub head: Vec<String>,

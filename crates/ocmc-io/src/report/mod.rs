@@ -94,11 +94,11 @@ const SHOWN: usize = 9;
 /// A run, as far as a report needs it.
 #[derive(Clone, Debug)]
 pub struct Reported {
-    /// What the run is.
+    /// Manifest of the run.
     pub manifest: Manifest,
-    /// What its cycles add up to.
+    /// Totals of its cycles.
     pub summary: RunSummary,
-    /// What else its records say.
+    /// Further data from its records.
     pub gathered: Gathered,
 }
 
@@ -228,14 +228,14 @@ fn marks(statistic: &Statistic) -> Vec<svg::Mark> {
 
 /// A quantity that goes with the consumption.
 struct Explaining {
-    /// What it is called for people, with its unit.
+    /// Name for people, with its unit.
     name: String,
     /// The factor to that unit.
     factor: f64,
     association: Association,
 }
 
-/// What goes with the consumption, the strongest first.
+/// Inputs that go with the consumption, the strongest first.
 fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining> {
     let mut found = Vec::new();
     for (k, (_, label, factor, per_distance)) in EXPLAINING.into_iter().enumerate() {
@@ -255,7 +255,7 @@ fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining>
     strongest(found)
 }
 
-/// Those that are shown, the strongest first: a share that chance gives, too, or that rounds to
+/// Inputs that are shown, the strongest first: a share that chance gives, too, or that rounds to
 /// nothing, says nothing.
 fn strongest(mut found: Vec<Explaining>) -> Vec<Explaining> {
     found.retain(|explaining| {
@@ -267,7 +267,7 @@ fn strongest(mut found: Vec<Explaining>) -> Vec<Explaining> {
     found
 }
 
-/// What goes with the consumption: bands over tenths of the cycles.
+/// Inputs that go with the consumption: bands over tenths of the cycles.
 fn explained(found: &[Explaining], statistic: &Statistic) -> String {
     if found.is_empty() {
         return String::new();

@@ -13,7 +13,7 @@ pub(super) fn colour(driver: usize) -> &'static str {
     COLOURS[driver % COLOURS.len()]
 }
 
-/// What stands at a point.
+/// Mark at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mark {
     Circle,
@@ -88,7 +88,7 @@ impl Panel {
         let _ = writeln!(text, "<polyline fill=\"none\" {how} points=\"{path}\"/>");
     }
 
-    /// What lies between points and 0; they are numbers, from left to right.
+    /// Area between points and 0; they are numbers, from left to right.
     pub(super) fn area(
         &self,
         text: &mut String,
@@ -153,7 +153,7 @@ impl Panel {
         );
     }
 
-    /// What lies outside stands at the edge.
+    /// Clamps a value outside the panel to its edge.
     fn within(&self, y: f64) -> f64 {
         y.clamp(self.y.from[0], self.y.from[1])
     }

@@ -20,7 +20,7 @@ const COLOURS: &str = "svg .inner { fill: color-mix(in srgb, var(--bar) 55%, var
                        svg polyline.mark { fill: none; }\n\
                        .circular { border-left: .3rem solid var(--mark); padding-left: .6rem; }\n";
 
-/// What a quantity is called for people, and the factor to the unit in which they read it.
+/// Label of a quantity for people, and the factor to the unit in which they read it.
 pub fn quantity_label(quantity: &str, carrier: Carrier) -> (String, f64) {
     match quantity {
         "speed" => ("speed at all places, km/h".to_owned(), 3.6),
@@ -46,13 +46,13 @@ pub fn score_text(value: f64) -> String {
 /// A validation, as far as its page needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct ValidationPage<'a> {
-    /// What was validated.
+    /// Title: what was validated.
     pub title: &'a str,
     /// Facts about it.
     pub facts: &'a [(&'static str, String)],
-    /// What comes from the validated logs themselves, in words.
+    /// Parts that come from the validated logs themselves, in words.
     pub circular: Option<&'a str>,
-    /// What the truck stores.
+    /// Carrier that the truck stores.
     pub carrier: Carrier,
     /// Scores over all drives.
     pub pooled: &'a [Pooled],

@@ -85,7 +85,7 @@ impl RunDirectory {
     }
 }
 
-/// What a thread has made.
+/// Result of a thread.
 fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }

@@ -36,7 +36,7 @@ impl Eq for VehicleReader {}
 /// A vehicle of another program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ForeignVehicle {
-    /// What its file says, as keys of a vehicle.
+    /// Contents of its file, as keys of a vehicle.
     pub keys: serde_json::Value,
     /// The built-in vehicle that has the rest.
     pub base: &'static str,
@@ -51,7 +51,7 @@ impl Default for Files {
 }
 
 impl Files {
-    /// Those in the folder that the program runs in.
+    /// Files in the folder that the program runs in.
     pub fn here() -> Self {
         Self::In(PathBuf::new(), VehicleReader(|_| None))
     }
@@ -80,7 +80,7 @@ impl Files {
         Some((fastsim::read(&path).or_else(of_others)?, path))
     }
 
-    /// Those beside a file; a study that is built in has its own folder nowhere else.
+    /// Files beside a file; a study that is built in has its own folder nowhere else.
     pub(super) fn beside(&self, file: Option<&Path>) -> Self {
         match (self, file.and_then(Path::parent)) {
             (Self::In(_, vehicles), Some(folder)) => Self::In(folder.to_owned(), *vehicles),

@@ -151,7 +151,7 @@ impl FittedPart {
         StudyModel::from_tree(tree).expect("keys of a study over a study")
     }
 
-    /// What a study with these values would refuse.
+    /// Problems for which a study with these values would be refused.
     fn refused(&self, base: &StudyModel) -> Vec<Problem> {
         let tree = self.tree(base);
         let outside = outside_bounds(&tree);
@@ -171,7 +171,7 @@ impl FittedPart {
         serde_json::to_value(&self.values).expect("a study is tables, lists, numbers and words")
     }
 
-    /// What was left out, in words.
+    /// Parts that were left out, in words.
     pub fn warnings(&self) -> impl Iterator<Item = String> + '_ {
         self.left_out.iter().map(|problem| {
             format!(

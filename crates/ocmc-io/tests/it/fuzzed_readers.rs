@@ -65,7 +65,7 @@ impl Numbers {
     }
 }
 
-/// What stands in place of a piece of text.
+/// Replacements for a piece of text.
 const PIECES: [&str; 28] = [
     "",
     "0",
@@ -193,7 +193,7 @@ fn run(directory: &Path, format: RecordFormat, is_whole: bool) {
     }
 }
 
-/// What a reader reads: valid files, each with its name.
+/// Seeds of a reader: valid files, each with its name.
 type Seeds = Vec<(&'static str, Vec<u8>)>;
 
 /// Whether the name of a file says that it is compressed so.

@@ -1,4 +1,4 @@
-//! What a user reads when a study is wrong: the place, the key, the value, what is allowed, the
+//! Messages to a user when a study is wrong: the place, the key, the value, the allowed values, the
 //! nearest name.
 
 use ocmc_io::study::{self, Cause, StudyFileError};

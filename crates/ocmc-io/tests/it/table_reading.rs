@@ -63,8 +63,7 @@ fn what_is_wrong_is_said_with_its_place() {
     }
 }
 
-/// What is no drive in its first rows is not read to its end: what is wrong further down is not
-/// met.
+/// Reading ends at first rows that are no drive: a fault further down is not met.
 #[test]
 fn what_stands_still_is_not_read_to_its_end() {
     let path = Path::new("t.csv");

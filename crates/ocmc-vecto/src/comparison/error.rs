@@ -63,9 +63,9 @@ pub enum ComparisonError {
         "the truck of the result weighs {gross_mass_kg} kg, the empty one of the files {curb_kg} kg"
     )]
     TooLight {
-        /// Of the result, in kg.
+        /// Gross mass of the result, in kg.
         gross_mass_kg: f64,
-        /// Of the files, in kg.
+        /// Curb mass of the files, in kg.
         curb_kg: f64,
     },
     /// An electric vehicle beside a truck of VECTO.

@@ -25,7 +25,7 @@ pub(super) struct VehicleFile {
     loading: f64,
     #[serde(rename = "CdA")]
     cda: Option<f64>,
-    /// Of older files: coefficient and area apart.
+    /// Drag coefficient of older files, which state coefficient and area apart.
     #[serde(rename = "Cd")]
     cd: Option<f64>,
     cross_sec_area: Option<f64>,

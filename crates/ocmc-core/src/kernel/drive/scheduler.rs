@@ -79,7 +79,7 @@ pub fn drive_until(study: &Study, next: Next, level: CpuLevel, stop: &AtomicBool
 /// How the lanes of one thread drive.
 #[derive(Clone, Copy, Debug)]
 pub struct Driving<'a> {
-    /// What is driven.
+    /// Study that is driven.
     pub study: &'a Study,
     /// Instructions to use.
     pub level: CpuLevel,
@@ -187,7 +187,7 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
 /// The tasks of one block. A lane whose last cycle has ended is empty.
 type LaneTasks = [Option<LaneTask>; WIDTH];
 
-/// What is done with a cycle that has ended.
+/// Action on a cycle that has ended.
 pub(super) type Ended<'a> = &'a mut dyn FnMut(Record, &Scenario);
 
 /// Gives tasks to lanes and passes their records on.

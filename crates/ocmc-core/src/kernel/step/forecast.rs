@@ -1,6 +1,6 @@
-//! What a driver knows by feel before a step: the pedals that keep the speed, that follow a braking
-//! ramp or a rise, and that accelerate as hard as he ever does; and the push at which he lifts his
-//! foot.
+//! Pedals that a driver knows by feel before a step: those that keep the speed, that follow a
+//! braking ramp or a rise, and that accelerate as hard as he ever does; and the push at which he
+//! lifts his foot.
 //!
 //! It is read from the road under the truck, its mass, its gear, its air drag and the curves of its
 //! engine in the last step: what is missing the feedback corrects.

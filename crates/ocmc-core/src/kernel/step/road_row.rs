@@ -1,4 +1,4 @@
-//! What the step function reads of the road: one row of twelve numbers for each segment.
+//! Road as the step function reads it: one row of twelve numbers for each segment.
 
 use crate::lanes::{Flags, Lanes, UNBOUNDED};
 use crate::operating_cycle::road::surface::iri_mm_per_m;
@@ -233,7 +233,7 @@ impl RoadRows {
     }
 }
 
-/// What rows take from weather, surface and speed limit: it holds over many segments.
+/// Values that rows take from weather, surface and speed limit: they hold over many segments.
 struct Surroundings<'a> {
     study: &'a Study,
     scenario: &'a Scenario,
@@ -252,7 +252,7 @@ struct Surroundings<'a> {
     rolling_coefficient: f64,
     /// Rolling on a smooth road in this weather.
     rolling_weather: f64,
-    /// What [`RoadRow`] says, rolling and grip for a level road.
+    /// Values of [`RoadRow`], rolling and grip for a level road.
     rolling: f64,
     half_density: f64,
     head_wind_mps: f64,

@@ -5,7 +5,7 @@ use crate::charging::ChargingPolicy;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
 
-/// What a driver keeps before a braking ramp to see it, in m.
+/// Distance before a braking ramp that a driver keeps to see it, in m.
 const ROOM_M: f64 = 300.0;
 /// Places closer than this are one, in m.
 const SAME_M: f64 = 1e-3;

@@ -14,12 +14,12 @@ use crate::kernel::step::state::Lane;
 use crate::powertrain::Powertrain;
 use fearless_simd::Simd;
 
-/// What a driver adds to the time that he expects, over it, where the study has no forecast
+/// Margin that a driver adds to the time that he expects, over it, where the study has no forecast
 /// (judgement).
 const MARGIN: f64 = 0.05;
 /// At his present speed he drives on for this before he brakes for a place that he has chosen, in s.
 const ROOM_S: f64 = 10.0;
-/// What he keeps of his time when he halts, in s (judgement).
+/// Time that he keeps in reserve when he halts, in s (judgement).
 const KEPT_S: f64 = 60.0;
 /// Places closer than this are one, in m.
 const SAME_M: f64 = 1e-3;

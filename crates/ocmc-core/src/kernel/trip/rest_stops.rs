@@ -7,10 +7,10 @@ use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::rest::{Activity, DutyClock};
 use crate::study::{Scenario, Study};
 
-/// What is to be left of the driving time at the next place to rest, in s: the time that it takes to
-/// halt (judgement).
+/// Driving time that is to be left at the next place to rest, in s: the time that it takes to halt
+/// (judgement).
 const HALTING_S: f64 = 60.0;
-/// Who may drive no longer than this at departure has rested before, in s.
+/// Shortest driving time at departure without a rest before, in s.
 pub(crate) const SHORTEST_START_S: f64 = 300.0;
 /// So long before the limit a driver begins to look how long it takes to halt, in s (judgement).
 pub(super) const AHEAD_S: f64 = 300.0;
@@ -26,13 +26,13 @@ pub(super) struct RestStops {
     clock: DutyClock,
     /// Driving time, standstill not counted, up to which the clock has gone.
     driven_s: f64,
-    /// What the law has added to the standstill, in s, and how often.
+    /// Time that the law has added to the standstill, in s, and number of its additions.
     pub added_s: f64,
     pub taken: u32,
 }
 
 impl RestStops {
-    /// Those of a trip, where the study has a law on rests.
+    /// Rests of a trip, where the study has a law on rests.
     pub(super) fn new(study: &Study, scenario: &Scenario) -> Option<Self> {
         let model = study.model().rest.as_ref()?;
         let after = |driven_s| DutyClock::new(model.law, model.drivers, driven_s);

@@ -147,8 +147,7 @@ pub struct Road {
     pub route: Option<NonZeroU32>,
 }
 
-/// What the road type decides along the road, prepared for sampling; types in the order of their
-/// names.
+/// Sampler of all that the road type decides along the road; types in the order of their names.
 #[derive(Clone, Debug)]
 pub struct RoadSampler {
     chain: RoadTypeChain,

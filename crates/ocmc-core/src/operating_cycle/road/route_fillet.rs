@@ -20,7 +20,7 @@ const SHORT_M: f64 = 45.0;
 const STRAIGHT_RAD: f64 = 0.01;
 /// Turns about which no arc is laid, in rad: the way goes back.
 const BACK_RAD: f64 = 2.6;
-/// What the points beside one have to turn along with it, over its own turn, for a bend.
+/// Turn that the points beside one need along with it, over its own turn, for a bend.
 const ALONG: f64 = 0.5;
 /// Points beside one count that are not farther away than the nearer one, times this.
 const NEAR: f64 = 1.5;
@@ -58,7 +58,7 @@ pub struct RoundedPath {
     pub x_m: Vec<f64>,
     /// To the north, in m.
     pub y_m: Vec<f64>,
-    /// Which of the points each given one became: of an arc, its middle.
+    /// Index of the point that each given one became: of an arc, its middle.
     pub given: Vec<usize>,
     /// How many points were rounded.
     pub rounded: usize,

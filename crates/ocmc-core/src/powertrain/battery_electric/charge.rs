@@ -37,7 +37,7 @@ impl BatteryModel {
         self.maximum_charge - CUT_OFF * self.charge_fade
     }
 
-    /// What a charger does from a state of charge on; `course` gets how it goes on.
+    /// Charge by a charger from a state of charge on; `course` gets how it goes on.
     pub fn charged_by(&self, plug: &Plug, charge: f64, course: &mut ChargeCourse) -> Charge {
         let end = plug.end_at.min(self.full_charge());
         let mut done = Charge::default();

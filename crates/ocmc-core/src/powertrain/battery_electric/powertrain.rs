@@ -40,7 +40,7 @@ pub struct BatteryState<S: Simd> {
     /// charged, in J.
     plug_power: Lanes<S>,
     carried: Lanes<S>,
-    /// What they can give and take now.
+    /// Limits of power that they can give and take now.
     pub(in crate::powertrain) limits: BatteryLimits<S>,
     /// Their temperatures, where they have any.
     pub(super) temperatures: Temperatures<S>,

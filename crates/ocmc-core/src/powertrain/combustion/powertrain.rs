@@ -32,7 +32,7 @@ pub struct CombustionPowertrain {
     pub(super) axle_per_m: f64,
     /// Engine-brake torque for each rad/s, in Nm s.
     pub(super) engine_brake_nms: f64,
-    /// What is lost between gearbox and wheels.
+    /// Losses between gearbox and wheels.
     pub losses: DrivelineLosses,
 }
 
@@ -57,7 +57,7 @@ pub struct CombustionState<S: Simd> {
 /// Engine torques of one stage, in Nm.
 #[derive(Clone, Copy)]
 pub struct CombustionStage<S: Simd> {
-    /// What the engine's torque follows.
+    /// Command that the engine's torque follows, in Nm.
     command: Lanes<S>,
     full_load: Lanes<S>,
     drag: Lanes<S>,

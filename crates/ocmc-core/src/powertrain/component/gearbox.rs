@@ -96,7 +96,7 @@ impl GearboxModel {
         );
     }
 
-    /// What is lost on the way to the wheels; `axle_per_m`: axle ratio over wheel radius, in 1/m.
+    /// Losses on the way to the wheels; `axle_per_m`: axle ratio over wheel radius, in 1/m.
     pub fn losses(&self, axle_per_m: f64) -> DrivelineLosses {
         DrivelineLosses {
             gearbox_nm: self.loss_torque_nm,
@@ -394,7 +394,7 @@ impl DrivelineLosses {
     }
 }
 
-/// What the strategy looks at.
+/// Inputs of the shift strategy.
 #[derive(Clone, Copy, Debug)]
 pub struct ShiftInputs {
     /// Gear, from 0.

@@ -59,10 +59,10 @@ pub struct ThermalModel {
     /// Resistance over `resistance_ohm`: a row for each temperature, a number for each charge.
     #[schemars(inner(inner(range(min = 0.1, max = 100.0))))]
     pub resistance_factor: Vec<Vec<f64>>,
-    /// What is left of `discharge_power_w` at each temperature.
+    /// Share of `discharge_power_w` that is left at each temperature.
     #[schemars(inner(range(min = 0.01, max = 1.0)))]
     pub discharge_share: Vec<f64>,
-    /// What is left of `charge_power_w` at each temperature.
+    /// Share of `charge_power_w` that is left at each temperature.
     #[schemars(inner(range(min = 0.01, max = 1.0)))]
     pub charge_share: Vec<f64>,
 }

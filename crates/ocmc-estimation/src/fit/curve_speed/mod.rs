@@ -43,7 +43,7 @@ use thiserror::Error;
 /// Level of all intervals.
 pub const LEVEL: f64 = 0.95;
 
-/// What to fit, and to which curves.
+/// Law to fit, and the curves for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveSpeedOptions {
     /// Reference radius R₀, in m.
@@ -179,7 +179,7 @@ pub struct CurveSpeedFit {
     pub radius_filter_m: [f64; 2],
     /// Rows left out, by reason.
     pub dropped: Dropped,
-    /// What does not stop the fit and has to be known.
+    /// Facts that do not stop the fit and have to be known.
     pub warnings: Vec<String>,
     /// Analysis of variance with sequential sums of squares, of the model with all terms.
     pub anova: Vec<VarianceRow>,

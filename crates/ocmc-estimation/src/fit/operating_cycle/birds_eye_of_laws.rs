@@ -82,9 +82,9 @@ pub fn birds_eye_of_laws(study: &Study) -> Option<BirdsEye> {
 #[allow(clippy::struct_field_names, reason = "a unit is the suffix of a name")]
 struct Events {
     per_m: f64,
-    /// Of them those at which a truck has to stop.
+    /// Events among them at which a truck has to stop, per m.
     stops_per_m: f64,
-    /// Of them those with a turn.
+    /// Events among them with a turn, per m.
     turns_per_m: f64,
 }
 

@@ -24,9 +24,9 @@ const MOST: f64 = 0.9;
 /// Share from which on the roads are called short.
 const SHORT: f64 = 0.3;
 
-/// What the roads say of the slopes of one type.
+/// Slopes of one type by its roads.
 struct Slopes {
-    /// Of each road: squares, steps, changes of sign, pairs of steps.
+    /// Sums of each road: squares, steps, changes of sign, pairs of steps.
     sums: Vec<[f64; 4]>,
     /// Mean square, and share of the steps at which the sign changes.
     mean_square: Option<Ratio>,

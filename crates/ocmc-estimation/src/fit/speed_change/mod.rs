@@ -40,7 +40,7 @@ const ACCELERATION: [&str; 3] =
 /// Measured speed changes as columns of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpeedChangeTable {
-    /// Who drove.
+    /// Driver of each change.
     pub driver: Vec<String>,
     /// Kind of change, such as `70-to-40`.
     pub category: Vec<String>,
@@ -107,9 +107,9 @@ pub enum SpeedChangeError {
     Nothing {
         /// Changes that came in.
         rows: usize,
-        /// Those within the thresholds.
+        /// Number within the thresholds.
         within: usize,
-        /// Those without a value.
+        /// Number without a value.
         missing: usize,
     },
 }
@@ -280,7 +280,7 @@ impl SpeedChangeFit {
         errors
     }
 
-    /// What has to be known of the laws that a study gets.
+    /// Facts that have to be known of the laws that a study gets.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let laws = [("acceleration", &self.acceleration), ("deceleration", &self.deceleration)];

@@ -40,7 +40,7 @@ pub struct HourlyRecord {
     pub time_s: f64,
     /// Day of the year, from 0, with its fraction.
     pub day_of_year: f64,
-    /// What was recorded; `snow` is not looked at.
+    /// Recorded weather; `snow` is not looked at.
     pub weather: Weather,
 }
 
@@ -66,7 +66,7 @@ pub struct WeatherFit {
     pub years: f64,
     /// Numbers that were estimated.
     pub parameters: Vec<StudyParameterFit>,
-    /// What does not stop the fit and has to be known.
+    /// Facts that do not stop the fit and have to be known.
     pub warnings: Vec<String>,
     /// The model: the base study's, with what was estimated laid over it.
     #[serde(skip)]
@@ -93,9 +93,9 @@ const HUMIDITY_EDGE: f64 = 0.005;
 /// asin ρ − 1 = Σ c_m ρ^(2m). The last one has the rest of the series, π/2 − 1 at ρ = 1.
 const SIZE_SERIES: [f64; 5] = [0.5, 1.0 / 24.0, 1.0 / 80.0, 5.0 / 896.0, 0.011_049];
 
-/// What temperatures leave to the humidity.
+/// Deviations of the temperatures, as the humidity needs them.
 struct Temperatures {
-    /// What the harmonics leave of each record, in K.
+    /// Deviations of each record from the harmonics, in K.
     deviation_k: Vec<f64>,
     /// Covariance of the coefficients of [`harmonics`].
     covariance: DMatrix<f64>,
@@ -452,7 +452,7 @@ fn restored(taken: f64, all: f64) -> f64 {
     1.0 / libm::sqrt((1.0 - taken / all).max(0.1))
 }
 
-/// Of the values that are there.
+/// Root mean square of the values that are there.
 fn root_mean_square(values: &[f64]) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for value in values.iter().filter(|value| value.is_finite()) {

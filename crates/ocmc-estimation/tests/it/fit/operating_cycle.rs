@@ -110,7 +110,7 @@ fn mean(law: &Quantity) -> f64 {
     }
 }
 
-/// What the study says of a key.
+/// Value of a key in the study.
 fn truth(model: &RoadTypeModel, key: &str) -> Option<f64> {
     let curves = &model.curves;
     Some(match key {

@@ -145,7 +145,7 @@ impl ClockColumn {
         self.zone.clone().map(PlaceClock::Zone).or_else(ahead)
     }
 
-    /// What was made up for, and what is odd.
+    /// Corrections that were made, and oddities.
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let unplaced = self.utc.as_ref().filter(|_| self.place_s.is_none() && self.zone.is_none());
         let of_utc = unplaced.map(|name| {

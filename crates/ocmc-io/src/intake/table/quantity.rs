@@ -6,7 +6,7 @@
 use super::unit::{self, Unit, is_suffix, with_suffix};
 use ocmc_core::energy::Carrier;
 
-/// What a column holds. The meaning of each is in its [`Entry`].
+/// Quantity in a column. The meaning of each is in its [`Entry`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the vocabulary below says what each is")]
 pub enum Quantity {
@@ -107,9 +107,9 @@ pub struct Entry {
     pub names: &'static [&'static str],
     /// Its units.
     pub units: &'static [Unit],
-    /// What it is called in messages.
+    /// Noun for it in messages.
     pub noun: &'static str,
-    /// What it means, beyond that.
+    /// Meaning beyond that.
     pub meaning: &'static str,
     /// The values that it usually has on a road, in SI: others are named (judgement).
     pub usual: Option<[f64; 2]>,
@@ -287,7 +287,7 @@ impl Quantity {
         self.entry().names[0]
     }
 
-    /// What it is called in messages.
+    /// Noun for it in messages.
     pub fn noun(self) -> &'static str {
         self.entry().noun
     }
@@ -342,7 +342,7 @@ pub(super) fn with_unit(name: &str, suffix: &str) -> String {
     if suffix.is_empty() { name.to_owned() } else { format!("{name}_{suffix}") }
 }
 
-/// What follows a base in a name, behind `_`.
+/// Rest of a name behind a base and `_`.
 fn rest<'a>(name: &'a str, base: &str) -> Option<&'a str> {
     let rest = name.strip_prefix(base)?;
     if rest.is_empty() { Some(rest) } else { rest.strip_prefix('_') }
