@@ -28,7 +28,7 @@ COUNTS = Path(__file__).with_name("instructions") / "counts.json"
 
 
 class Spent(NamedTuple):
-    """What a command took."""
+    """Time and memory that a command took."""
 
     wall_s: float
     cpu_s: float

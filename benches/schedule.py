@@ -51,7 +51,7 @@ class Spent(NamedTuple):
 
 
 class Behind(NamedTuple):
-    """What is done behind the last chunk: how long it takes, and the CPU time of all threads."""
+    """Work behind the last chunk: how long it takes, and the CPU time of all threads."""
 
     wall_s: float
     busy_s: float

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What gears are shifted for: ``python3 benches/shifts.py [--study field-truck] [--cycles 400] [--vecto FOLDER]``.
+"""Reasons for gear shifts: ``python3 benches/shifts.py [--study field-truck] [--cycles 400] [--vecto FOLDER]``.
 
 Traces of a study and time series of VECTO (`.vmod`, `.vmod.gz`) are cut into pieces of 5 km. Shifts per km of a piece are
 regressed, by least squares, on its stops and changes of the limit per km, the share of its way that is steeper than 2 %,

@@ -86,7 +86,7 @@ def members(group: str) -> list[str]:
 
 
 def rooms(source: pathlib.Path) -> Graph:
-    """Which room imports which, with one file that does."""
+    """Find the imports between rooms, each with one file that has it."""
     names = {path.stem for path in source.iterdir() if path.is_dir() or path.suffix == ".rs"}
     names -= {"lib", "main"}
     graph: Graph = {name: {} for name in sorted(names)}
@@ -107,7 +107,7 @@ def rooms(source: pathlib.Path) -> Graph:
 
 
 def crates() -> Graph:
-    """Which crate of the workspace depends on which, tests left out."""
+    """Find the dependencies between crates of the workspace, tests left out."""
     manifests = sorted(ROOT.glob("crates/*/Cargo.toml"))
     graph: Graph = {manifest.parent.name: {} for manifest in manifests}
     for manifest in manifests:
@@ -141,7 +141,7 @@ def circle(graph: Graph) -> list[str]:
 
 
 def kernel_files(kernel: pathlib.Path) -> Graph:
-    """Which file of the kernel imports which, by `room/file`; `mod` is what a room re-exports."""
+    """Find the imports between files of the kernel, by `room/file`; `mod` is what a room re-exports."""
     files = {str(path.relative_to(kernel).with_suffix("")): path for path in kernel.rglob("*.rs")}
     graph: Graph = {name: {} for name in sorted(files)}
     for name, path in files.items():
@@ -157,7 +157,7 @@ def kernel_files(kernel: pathlib.Path) -> Graph:
 
 
 def rooms_between(files: Graph) -> Graph:
-    """Which room of the kernel imports which, from its files."""
+    """Find the imports between rooms of the kernel, from its files."""
     graph: Graph = {}
     for name, imported in files.items():
         room = graph.setdefault(name.partition("/")[0], {})

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a route without altitudes, curves or stops is worth, on the roads of a study.
+"""Worth of a route without altitudes, curves or stops, on the roads of a study.
 
     scripts/what_routes_lack.py OCMC [--study field-truck] [--roads 200] [--cycles 20] [--seed 1]
 

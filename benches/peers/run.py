@@ -249,7 +249,7 @@ def spread(values: list[float]) -> str:
 
 @dataclass
 class Table:
-    """What the lines have in common."""
+    """Common parts of the lines."""
 
     whole: Entry
     kernels: list[Entry]

@@ -45,7 +45,7 @@ LEAST_DRAG_NM = 0.1
 
 @dataclass
 class Scenarios:
-    """What was exported."""
+    """Scenarios that were exported."""
 
     model: dict[str, Any]
     """The study, and what ocmc has derived from it."""
@@ -57,7 +57,7 @@ class Scenarios:
     answers: dict[float, dict[str, Array]]
     """By the step."""
     traces: list[Array]
-    """Of some cycles: time without standstill, position, speed, slope."""
+    """Traces of some cycles: time without standstill, position, speed, slope."""
 
     def __len__(self) -> int:
         """Count the cycles."""

@@ -1,4 +1,4 @@
-"""What notebooks show of studies and tables."""
+"""Display of studies and tables in notebooks."""
 
 from collections.abc import Sequence
 from html import escape

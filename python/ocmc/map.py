@@ -1,4 +1,4 @@
-"""What a map knows of a GPS track: limits, lights, signs, altitudes (``pip install '.[map]'``).
+"""Data of a map along a GPS track: limits, lights, signs, altitudes (``pip install '.[map]'``).
 
 From files of yours alone, never from a web service: Valhalla's tiles, which ``valhalla_build_tiles`` makes of
 an OpenStreetMap extract, and rasters of altitudes. Valhalla's wheel needs Python 3.12.

@@ -1,4 +1,4 @@
-"""What the command does and Python does, too: precision, resume, out, merge, crossed, lists, completion."""
+"""Answers of the command that Python gives, too: precision, resume, out, merge, crossed, lists, completion."""
 
 import json
 import pickle

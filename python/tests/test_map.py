@@ -134,7 +134,7 @@ def config(tmp_path):
 
 
 class Actor:
-    """What Valhalla answers."""
+    """Stand-in for Valhalla's answers."""
 
     given = None
 

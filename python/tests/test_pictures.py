@@ -67,7 +67,7 @@ def test_columns_keep_their_places_in_chromium(tmp_path):
 
 
 def ink(firefox, picture, folder):
-    """What Firefox draws, as darkness against the ground at the picture's corner."""
+    """Ink that Firefox draws, as darkness against the ground at the picture's corner."""
     image = pytest.importorskip("matplotlib.image")
     shown = folder / f"{picture.stem}.png"
     command = [firefox, "--headless", "--no-remote", "--profile", folder, "--window-size=760,1000"]

@@ -1,4 +1,4 @@
-"""What a release is made with: links that work on a package index, one version, pinned actions."""
+"""Parts of a release: links that work on a package index, one version, pinned actions."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""What a truck does on its road: one cycle, a stop, a curve, a descent."""
+"""Course of a truck on its road: one cycle, a stop, a curve, a descent."""
 
 import functools
 

@@ -1,4 +1,4 @@
-"""What runs answer: distributions, losses, shares of the variance, differences, ranges, trucks."""
+"""Answers of runs: distributions, losses, shares of the variance, differences, ranges, trucks."""
 
 import numpy as np
 import ocmc
@@ -217,7 +217,7 @@ def precision():
 
 
 def ranges():
-    """Which share of battery trucks arrives, by the length of the trip: all, winter, summer."""
+    """Share of battery trucks that arrive, by the length of the trip: all, winter, summer."""
     answer = ocmc.Study("battery-truck").range(cycles=1500, progress=False)
     drawn, ax = figure(height=3.9)
     curve = answer["curve"]

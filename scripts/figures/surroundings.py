@@ -1,4 +1,4 @@
-"""What trucks meet: a drawn road, the forces on it, the seasons."""
+"""Surroundings of trucks: a drawn road, the forces on it, the seasons."""
 
 import numpy as np
 import ocmc

@@ -1,4 +1,4 @@
-"""What a browser shows of the guide: nothing cut at a desk, nothing wider than the screen of a phone."""
+"""Layout of the guide in a browser: nothing cut at a desk, nothing wider than the screen of a phone."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

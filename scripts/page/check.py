@@ -149,7 +149,7 @@ class Hosted:
 
 
 class Check:
-    """What one pass over the page finds."""
+    """Findings of one pass over the page."""
 
     def __init__(self, tab, ocmc, options, folder):
         self.tab, self.ocmc, self.options, self.folder = tab, ocmc, options, folder

@@ -1,4 +1,4 @@
-"""What a fleet charges: load curves, the state of charge along the way, and winter against summer."""
+"""Charging of a fleet: load curves, the state of charge along the way, and winter against summer."""
 
 from typing import Any
 

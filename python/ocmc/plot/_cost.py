@@ -1,4 +1,4 @@
-"""What a km costs."""
+"""Cost of a km."""
 
 from collections.abc import Mapping
 from typing import Any

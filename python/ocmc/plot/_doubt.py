@@ -1,4 +1,4 @@
-"""What an answer owes to judged numbers."""
+"""Contribution of judged numbers to an answer's uncertainty."""
 
 from collections.abc import Mapping
 from typing import Any

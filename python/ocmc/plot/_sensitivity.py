@@ -1,4 +1,4 @@
-"""What drives the spread."""
+"""Factors that drive the spread."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""What values of a study's keys do."""
+"""Effect of values of a study's keys."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
