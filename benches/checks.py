@@ -60,7 +60,9 @@ def best(of: int, run: Callable[[], Spent]) -> Spent:
 
 def cycles() -> None:
     """Cost is linear in the number of cycles."""
-    print("| cycles of 100 km | CPU time, s | µs a cycle | ns per simulated second |\n|---|---|---|---|")
+    print(
+        "| cycles of 100 km | CPU time, s | µs a cycle | ns per simulated second |\n|---|---|---|---|"
+    )
     for n in (100, 1_000, 10_000, 100_000):
         spent = best(max(1, 1000 // n, 3 if n < 100_000 else 1), lambda n=n: ocmc(n))
         per_second = spent.cpu_s / spent.simulated_s * 1e9
@@ -70,11 +72,16 @@ def cycles() -> None:
 def kilometres() -> None:
     """Cost is linear in the length of the road."""
     # as many cycles of each length: a run's end, where lanes run out of cycles, weighs the same
-    print("| km, 1000 cycles | CPU time, s | µs a km | ns per simulated second |\n|---|---|---|---|")
+    print(
+        "| km, 1000 cycles | CPU time, s | µs a km | ns per simulated second |\n|---|---|---|---|"
+    )
     for km in (10, 30, 100, 300, 1000):
         spent = best(1 if km > 300 else 3, lambda km=km: ocmc(1000, length_m=km * 1e3))
         per_second = spent.cpu_s / spent.simulated_s * 1e9
-        print(f"| {km} | {spent.cpu_s:.2f} | {spent.cpu_s / km * 1e3:.2f} | {per_second:.1f} |", flush=True)
+        print(
+            f"| {km} | {spent.cpu_s:.2f} | {spent.cpu_s / km * 1e3:.2f} | {per_second:.1f} |",
+            flush=True,
+        )
 
 
 def threads() -> None:
@@ -134,7 +141,10 @@ def store(numba: float | None, fastsim: float | None) -> None:
     git = ("git", "-C", str(ROOT))
     commit, changed = (
         subprocess.run([*git, *words], capture_output=True, text=True, check=True).stdout.strip()
-        for words in (["rev-parse", "--short=7", "HEAD"], ["status", "--porcelain", "-uno", "--", "crates"])
+        for words in (
+            ["rev-parse", "--short=7", "HEAD"],
+            ["status", "--porcelain", "-uno", "--", "crates"],
+        )
     )
     load = os.getloadavg()[0]
     one, two = (best(3, lambda n=n: ocmc(10_000, "--threads", n)) for n in (1, 2))
@@ -170,7 +180,9 @@ def main() -> None:
     parser.add_argument(
         "--store", action="store_true", help="append the figures of this commit to history.csv"
     )
-    parser.add_argument("--numba", type=float, metavar="RATIO", help="times as fast as the best numba loop")
+    parser.add_argument(
+        "--numba", type=float, metavar="RATIO", help="times as fast as the best numba loop"
+    )
     parser.add_argument("--fastsim", type=float, metavar="RATIO", help="times as fast as FASTSim")
     asked = parser.parse_args()
     if asked.store:

@@ -101,7 +101,16 @@ def spent_by(words: list[str], chunks: Path | None) -> tuple[Spent, Spent]:
 
 def sink() -> Sink:
     """Measure what is done with a record, on the shortest cycles that there are."""
-    words = [str(BINARY), "--set", "mission.length_m=200", "--threads", "1", "--quiet", "--json", "--cycles"]
+    words = [
+        str(BINARY),
+        "--set",
+        "mission.length_m=200",
+        "--threads",
+        "1",
+        "--quiet",
+        "--json",
+        "--cycles",
+    ]
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         start, _ = spent_by([*words, "16"], None)
@@ -118,7 +127,9 @@ def times_of_runs(km: float, number: int) -> list[float]:
     """Drive so many runs, and give the CPU time of each."""
     start_s = min(ocmc(1, "--threads", 1, length_m=1e3).cpu_s for _ in range(5))
     drive = ("--threads", 1, "--first-cycle")
-    return [ocmc(TRACED, *drive, k * TRACED, length_m=1e3 * km).cpu_s - start_s for k in range(number)]
+    return [
+        ocmc(TRACED, *drive, k * TRACED, length_m=1e3 * km).cpu_s - start_s for k in range(number)
+    ]
 
 
 class Schedule(NamedTuple):
@@ -129,7 +140,12 @@ class Schedule(NamedTuple):
 
 
 def simulate(
-    times: Iterator[float], threads: int, chunks: int, taking_s: float, tail_s: float, behind: Behind
+    times: Iterator[float],
+    threads: int,
+    chunks: int,
+    taking_s: float,
+    tail_s: float,
+    behind: Behind,
 ) -> Schedule:
     """Simulate the rule of the program.
 
@@ -194,12 +210,16 @@ def main() -> None:
         # those that write chunks run on the same processors, one for each four threads
         written = [time_s + chunk * of.writing_s for time_s in driven]
         sync_s = asked.sync_ms / 1e3 * SYNCS / FILE_ROWS
-        slowest_s = max(of.summary_s + of.taking_s + sync_s, of.writing_s / -(-threads // THREADS_A_WRITER))
+        slowest_s = max(
+            of.summary_s + of.taking_s + sync_s, of.writing_s / -(-threads // THREADS_A_WRITER)
+        )
         behind = of.behind(asked.cycles, threads)
         # half of the lanes are empty then, on average
         tail_s = LANES / 2 * a_cycle_s
         with_files = simulate(cycle(written), threads, chunks, chunk * slowest_s, tail_s, behind)
-        without = simulate(cycle(driven), threads, chunks, chunk * of.summary_s, tail_s, Behind(0.0, 0.0))
+        without = simulate(
+            cycle(driven), threads, chunks, chunk * of.summary_s, tail_s, Behind(0.0, 0.0)
+        )
         print(
             f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind.wall_s:.1f} | {100 * with_files.idle:.0f} |"
             f" {without.driving_s:.1f} | {100 * without.idle:.0f} |"

@@ -67,7 +67,16 @@ def roads(options: argparse.Namespace, study: str, folder: pathlib.Path) -> dict
 
 def driven(options: argparse.Namespace, study: str, files: list[str], draw: str | None) -> dict:
     """Statistics of the consumption on the routes."""
-    words = ["drive", *files, "--study", study, "--cycles", str(options.cycles), "--seed", str(options.seed)]
+    words = [
+        "drive",
+        *files,
+        "--study",
+        study,
+        "--cycles",
+        str(options.cycles),
+        "--seed",
+        str(options.seed),
+    ]
     words += ["--json", "--quiet", *(["--draw", draw] if draw else [])]
     return json.loads(call(options.ocmc, *words))["statistics"][QUANTITY]
 
@@ -91,9 +100,13 @@ def main() -> None:
                 found = driven(options, study, files[left], draw)
                 errors = [100 * (found[key] / whole[key] - 1) for key in ("mean", "p5", "p95")]
                 half = 0.5 * (found["ci95"][1] - found["ci95"][0])
-                adjusted = found["adjusted"]["mean"] - found["mean"] if found.get("adjusted") else 0.0
+                adjusted = (
+                    found["adjusted"]["mean"] - found["mean"] if found.get("adjusted") else 0.0
+                )
                 bad = abs(errors[0]) > most_of_mean or abs(adjusted) > 2 * half
-                bad |= most_of_quantiles is not None and max(map(abs, errors[1:])) > most_of_quantiles
+                bad |= (
+                    most_of_quantiles is not None and max(map(abs, errors[1:])) > most_of_quantiles
+                )
                 failed |= bad
                 numbers = " ".join(f"{error:6.2f}" for error in errors)
                 print(

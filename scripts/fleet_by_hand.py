@@ -26,7 +26,9 @@ FURTHEST = 2
 def records(ocmc: str, out: pathlib.Path, *options: str) -> list[dict[str, str]]:
     """Run the program and read its records."""
     subprocess.run(
-        [ocmc, "--quiet", "--format", "csv", "--out", str(out), *options], check=True, capture_output=True
+        [ocmc, "--quiet", "--format", "csv", "--out", str(out), *options],
+        check=True,
+        capture_output=True,
     )
     with (out / "records.csv").open(newline="") as file:
         return list(csv.DictReader(file))
@@ -99,7 +101,9 @@ def main() -> int:
         by_hand, error_by_hand = other[name]
         apart = (value - by_hand) / math.hypot(error, error_by_hand)
         agree &= abs(apart) <= FURTHEST
-        print(f"{name:<24}{by_hand:>10.3f} ± {error_by_hand:.3f}{value:>10.3f} ± {error:.3f}{apart:>11.2f}")
+        print(
+            f"{name:<24}{by_hand:>10.3f} ± {error_by_hand:.3f}{value:>10.3f} ± {error:.3f}{apart:>11.2f}"
+        )
     return 0 if agree else 1
 
 

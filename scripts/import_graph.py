@@ -147,7 +147,9 @@ def kernel_files(kernel: pathlib.Path) -> Graph:
     for name, path in files.items():
         text = code(path.read_text(encoding="utf-8"))
         room = name.partition("/")[0]
-        imported = [f"{room}/{found}" for found in re.findall(r"^use super::(\w+)", text, re.MULTILINE)]
+        imported = [
+            f"{room}/{found}" for found in re.findall(r"^use super::(\w+)", text, re.MULTILINE)
+        ]
         for other, found in re.findall(r"\bcrate::kernel::(\w+)::(\w+)", text):
             imported.append(f"{other}/{found}" if f"{other}/{found}" in files else f"{other}/mod")
         for other in imported:
@@ -179,7 +181,9 @@ def reached(graph: Graph, start: str) -> set[str]:
 def large_circles(graph: Graph) -> list[str]:
     """Circles of files that leave a room or have more than six files."""
     behind = {name: reached(graph, name) for name in graph}
-    circles = {tuple(sorted(b for b in behind[a] if a in behind[b])) for a in graph if a in behind[a]}
+    circles = {
+        tuple(sorted(b for b in behind[a] if a in behind[b])) for a in graph if a in behind[a]
+    }
     return [
         f"circle of files: {', '.join(files)}"
         for files in sorted(circles)

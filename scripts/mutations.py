@@ -571,7 +571,9 @@ def locate(root):
     places, faults = [], []
     for number, mutation in enumerate(MUTATIONS, 1):
         found = [
-            (path, match.span(1)) for path, text in texts for match in pattern(mutation.code).finditer(text)
+            (path, match.span(1))
+            for path, text in texts
+            for match in pattern(mutation.code).finditer(text)
         ]
         if len(found) != 1:
             where = ", ".join(str(path.relative_to(root)) for path, _ in found) or "nowhere"
@@ -609,7 +611,17 @@ def write(root, places):
 def build(root, target):
     """Compiles the tests; their executables by name."""
     environment = os.environ | {"CARGO_TARGET_DIR": str(target)}
-    command = ["cargo", "test", "--no-run", "--release", "--workspace", "--lib", "--test", "it", "--locked"]
+    command = [
+        "cargo",
+        "test",
+        "--no-run",
+        "--release",
+        "--workspace",
+        "--lib",
+        "--test",
+        "it",
+        "--locked",
+    ]
     command += ["--message-format=json-render-diagnostics"]
     built = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, check=True)
     lines = built.stdout.decode().splitlines()
@@ -660,7 +672,9 @@ def check_names(executables):
     for number, mutation in enumerate(MUTATIONS, 1):
         for part in mutation.tests.split(";"):
             name, *filters = part.split()
-            missing = [wanted for wanted in filters if not any(wanted in test for test in lists[name])]
+            missing = [
+                wanted for wanted in filters if not any(wanted in test for test in lists[name])
+            ]
             faults += [f"{number}: no test {wanted} in {name}" for wanted in missing]
     if faults:
         sys.exit("these rows name tests that are not there:\n  " + "\n  ".join(faults))

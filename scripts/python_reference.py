@@ -75,13 +75,16 @@ def page():
         title = signature(f"ocmc.{name}", thing) if made else f"ocmc.{name}"
         parts.append(f"## `{title}`\n\n{text(thing)}\n")
         parts += [
-            f"### `{signature(f'{name}.{m}', member)}`\n\n{text(member)}\n" for m, member in members(thing)
+            f"### `{signature(f'{name}.{m}', member)}`\n\n{text(member)}\n"
+            for m, member in members(thing)
         ]
     for module in [ocmc.plot, ocmc.dask, ocmc.map]:
         parts.append(f"## `{module.__name__}`\n\n{text(module)}\n")
         for name in module.__all__:
             thing = getattr(module, name)
-            parts.append(f"### `{signature(f'{module.__name__}.{name}', thing)}`\n\n{text(thing)}\n")
+            parts.append(
+                f"### `{signature(f'{module.__name__}.{name}', thing)}`\n\n{text(thing)}\n"
+            )
     return "\n".join(parts)
 
 

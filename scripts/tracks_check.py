@@ -33,7 +33,10 @@ LENGTH, SLOPE, SPARSE_S = 0.005, 0.05, 10.0
 def rows_of(ocmc, cycle):
     """Give time, x, y, z in m, speed in m/s of a trip each 0.5 s or so."""
     out = subprocess.run(
-        [ocmc, "trace", *STUDY, "--cycle-id", str(cycle)], check=True, capture_output=True, text=True
+        [ocmc, "trace", *STUDY, "--cycle-id", str(cycle)],
+        check=True,
+        capture_output=True,
+        text=True,
     )
     rows, x, y, z, heading, before = [], 0.0, 0.0, 200.0, 0.3 * cycle, 0.0
     for row in csv.DictReader(io.StringIO(out.stdout)):
@@ -66,7 +69,9 @@ def sampled(rows, step_s, draw):
                         next_s,
                         50.0 + math.degrees((y + SCATTER_M * errors[0]) / EARTH_M),
                         9.0
-                        + math.degrees((x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(50.0))),
+                        + math.degrees(
+                            (x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(50.0))
+                        ),
                         z + HEIGHT_M * errors[2],
                         at_m,
                     )
@@ -102,7 +107,9 @@ def geojson(trips):
             "properties": {"name": f"trip {k}", "coordTimes": [stamp(k, row[0]) for row in rows]},
             "geometry": {
                 "type": "LineString",
-                "coordinates": [[round(lo, 7), round(la, 7), round(z, 1)] for _, la, lo, z, _ in rows],
+                "coordinates": [
+                    [round(lo, 7), round(la, 7), round(z, 1)] for _, la, lo, z, _ in rows
+                ],
             },
         }
         for k, rows in enumerate(trips)
@@ -180,7 +187,9 @@ def rfms(trips):
                 }
             )
         way_m[truck] += rows[-1][4]
-    return json.dumps({"vehicleStatusResponse": {"vehicleStatuses": statuses}, "moreDataAvailable": False})
+    return json.dumps(
+        {"vehicleStatusResponse": {"vehicleStatuses": statuses}, "moreDataAvailable": False}
+    )
 
 
 def main():

@@ -64,7 +64,9 @@ def workbook(path, rows):
     }
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
         for name, text in parts.items():
-            file.writestr(zipfile.ZipInfo(name, (2024, 1, 1, 0, 0, 0)), XML + text, zipfile.ZIP_DEFLATED)
+            file.writestr(
+                zipfile.ZipInfo(name, (2024, 1, 1, 0, 0, 0)), XML + text, zipfile.ZIP_DEFLATED
+            )
 
 
 def track(path, start, rows):
@@ -87,7 +89,17 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         study = Path(name) / "haulier.toml"
         study.write_text(STUDY)
-        common = ["--study", study, "--cycles", TRUCKS * TRIPS, "--seed", 77, "--quiet", "--format", "csv"]
+        common = [
+            "--study",
+            study,
+            "--cycles",
+            TRUCKS * TRIPS,
+            "--seed",
+            77,
+            "--quiet",
+            "--format",
+            "csv",
+        ]
         run(ocmc, *common, "--out", Path(name) / "run")
         with (Path(name) / "run" / "records.csv").open() as file:
             trips = list(csv.DictReader(file))
@@ -100,11 +112,15 @@ def main():
             factor = 1 + effects[k % TRUCKS] + FUEL_NOISE * draw.gauss(0, 1)
             factor *= 1 - (TYRES_SAVE if start >= START + timedelta(days=TYRES_DAY) else 0)
             litres = float(trip["consumption_l_per_100km"]) * km / 100 * factor
-            tons = (curb_kg + float(trip["payload_kg"])) / 1e3 * (1 + WEIGHT_NOISE * draw.gauss(0, 1))
+            tons = (
+                (curb_kg + float(trip["payload_kg"])) / 1e3 * (1 + WEIGHT_NOISE * draw.gauss(0, 1))
+            )
             hours = round(float(trip["duration_s"]) / 3600, 3)
             truck, driver = f"HL {k % TRUCKS + 1:02}", f"D. {draw.choice('ABCDEFGHIJKL')}"
             stamp = start.isoformat(timespec="minutes").split("+")[0]
-            table.append([truck, driver, stamp, round(km, 1), round(litres, 1), round(tons, 2), hours])
+            table.append(
+                [truck, driver, stamp, round(km, 1), round(litres, 1), round(tons, 2), hours]
+            )
             if k in TRACKS:
                 track(
                     folder / "tracks" / f"{start:%Y-%m-%d}-{k:03}.gpx",

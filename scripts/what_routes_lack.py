@@ -44,19 +44,32 @@ def call(*words: str) -> str:
 
 def litres(options: argparse.Namespace, path: pathlib.Path) -> float:
     """Mean litres per 100 km of a route."""
-    words = ["drive", str(path), "--study", options.study, "--cycles", str(options.cycles), "--threads", "1"]
+    words = [
+        "drive",
+        str(path),
+        "--study",
+        options.study,
+        "--cycles",
+        str(options.cycles),
+        "--threads",
+        "1",
+    ]
     return float(LITRES.search(call(options.ocmc, *words))[1])
 
 
 def changes(options: argparse.Namespace, number: int) -> list[float]:
     """Consumption without each set of parts over that with all, less 1, in %."""
     seed, number_text = str(options.seed), str(number)
-    text = call(options.ocmc, "cycle", "--study", options.study, "--seed", seed, "--cycle-id", number_text)
+    text = call(
+        options.ocmc, "cycle", "--study", options.study, "--seed", seed, "--cycle-id", number_text
+    )
     lines = text.splitlines(keepends=True)
     found = []
     with tempfile.TemporaryDirectory() as folder:
         for lacking in range(1 << len(PARTS)):
-            gone = {name for bit, part in enumerate(PARTS) if lacking >> bit & 1 for name in part[1]}
+            gone = {
+                name for bit, part in enumerate(PARTS) if lacking >> bit & 1 for name in part[1]
+            }
             path = pathlib.Path(folder) / f"{lacking}.csv"
             path.write_text("".join(line for line in lines if line.split(",", 1)[0] not in gone))
             found.append(litres(options, path))

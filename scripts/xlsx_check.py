@@ -56,7 +56,16 @@ def check(soffice, ocmc, folder, arguments):
         command = [ocmc, *arguments, "--quiet", "--out", out, "--format", form]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     home = f"-env:UserInstallation=file://{folder}/profile"
-    convert = [soffice, home, "--headless", "--convert-to", FILTER, "--outdir", folder, own / "run.xlsx"]
+    convert = [
+        soffice,
+        home,
+        "--headless",
+        "--convert-to",
+        FILTER,
+        "--outdir",
+        folder,
+        own / "run.xlsx",
+    ]
     subprocess.run(convert, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     faults = 0
     for sheet, table in (("Records", "records.csv"), ("By truck", "trucks.csv")):
@@ -88,9 +97,18 @@ def main():
         routes = []
         for route in ("=one.csv", "two.csv"):
             path = folder / route
-            path.write_text("position_m,speed_limit_kmh\n0,60\n2000,80\n4000,80\n", encoding="utf-8")
+            path.write_text(
+                "position_m,speed_limit_kmh\n0,60\n2000,80\n4000,80\n", encoding="utf-8"
+            )
             routes.append(path)
-        study = ["--set", f'study.name="{FORMULA}"', "--set", "mission.length_m=5000", "--cycles", cycles]
+        study = [
+            "--set",
+            f'study.name="{FORMULA}"',
+            "--set",
+            "mission.length_m=5000",
+            "--cycles",
+            cycles,
+        ]
         for k, arguments in enumerate(([*study, "--trips", "4"], ["drive", *routes, *study])):
             (folder / str(k)).mkdir()
             faults += check(soffice, ocmc, folder / str(k), arguments)

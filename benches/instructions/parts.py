@@ -48,7 +48,9 @@ ALIASES = {
     **dict.fromkeys(
         ("row", "set_row", "shift", "stop", "dwell", "start", "check", "stop_row"), "handle_event"
     ),
-    **dict.fromkeys(("events", "is_captured", "leave_line", "wanted_gear", "set_gear"), "handle_event"),
+    **dict.fromkeys(
+        ("events", "is_captured", "leave_line", "wanted_gear", "set_gear"), "handle_event"
+    ),
     **dict.fromkeys(("clamp_integral", "control_at_start", "control_at_end"), "control"),
     "consume": "accumulate",
     "desired_at_end": "desired",
@@ -92,7 +94,13 @@ def counts(level: str, rounds: int) -> collections.Counter[str]:
     """Count by part."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "callgrind.out"
-        words = ("valgrind", "--tool=callgrind", "--dump-instr=yes", f"--callgrind-out-file={path}", PEERS)
+        words = (
+            "valgrind",
+            "--tool=callgrind",
+            "--dump-instr=yes",
+            f"--callgrind-out-file={path}",
+            PEERS,
+        )
         output(*words, "drive", CYCLES, rounds, level, *SETS)
         cost = costs(path)
     asked = "\n".join(hex(address) for address in cost)

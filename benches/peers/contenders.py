@@ -75,7 +75,10 @@ def main() -> None:
     else:
         one_round = numba_loop(scenarios, kind.removeprefix("numba-"))
         versions = ["numba"]
-    print(json.dumps({"versions": {name: version(name) for name in versions}, "checks": checks}), flush=True)
+    print(
+        json.dumps({"versions": {name: version(name) for name in versions}, "checks": checks}),
+        flush=True,
+    )
     for line in sys.stdin:
         print(json.dumps(one_round(**json.loads(line))), flush=True)
 

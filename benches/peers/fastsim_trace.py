@@ -49,7 +49,9 @@ class Follower:
             "grade": [0.0] * len(at),
         }
         self.vehicle.set_save_interval(save_interval)
-        return self.fastsim.SimDrive(self.vehicle, self.fastsim.Cycle.from_pydict(cycle), self.parameters)
+        return self.fastsim.SimDrive(
+            self.vehicle, self.fastsim.Cycle.from_pydict(cycle), self.parameters
+        )
 
     def one_round(self, step_s: float, cycles: int) -> dict[str, Any]:
         """Follow some cycles; only the walk is timed."""

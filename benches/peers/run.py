@@ -107,7 +107,9 @@ def say(text: str) -> None:
 def timed(words: list[Any], given: str | None = None) -> tuple[float, str]:
     """Run a command; the user's CPU time and what it printed."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    done = subprocess.run([str(w) for w in words], input=given, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [str(w) for w in words], input=given, capture_output=True, text=True, check=False
+    )
     if done.returncode:
         raise RuntimeError(done.stderr.strip() or f"{words[0]} failed")
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, done.stdout
@@ -142,14 +144,22 @@ def ocmc_round(entry: Entry, binary: Path, peers: Path) -> dict[str, Any]:
         words = [binary, "--cycles", entry.cycles, "--seed", 1, "--threads", 1, "--quiet", "--json"]
         spent, text = timed([*words, "--set", f"simulation.step_s={entry.step_s}"])
         answer = json.loads(text)
-        return {"cpu_s": spent, "simulated_s": [answer["simulated_s"]], "distance_m": answer["distance_m"]}
+        return {
+            "cpu_s": spent,
+            "simulated_s": [answer["simulated_s"]],
+            "distance_m": answer["distance_m"],
+        }
     words = [peers, "drive", entry.cycles]
     last = [entry.kind, f"simulation.step_s={entry.step_s}"]
     once, _ = timed([*words, 1, *last])
     often, text = timed([*words, 1 + KERNEL_ROUNDS, *last])
     answer = json.loads(text)
     spent = (often - once) / KERNEL_ROUNDS
-    return {"cpu_s": spent, "simulated_s": [answer["simulated_s"]], "distance_m": answer["distance_m"]}
+    return {
+        "cpu_s": spent,
+        "simulated_s": [answer["simulated_s"]],
+        "distance_m": answer["distance_m"],
+    }
 
 
 def planning_s(peers: Path, cycles: int) -> float:
@@ -163,7 +173,9 @@ def trips_needed(binary: Path) -> tuple[float, float]:
     """Trips that the mean needs for its precision: adjusted, as ocmc runs them, and plain."""
     words = [binary, "--seed", 1, "--quiet", "--json"]
     adjusted = json.loads(timed([*words, "--precision", f"{100 * PRECISION:g}%"])[1])["cycles"]
-    plain = json.loads(timed([*words, "--cycles", PLAIN_TRIPS])[1])["statistics"]["consumption_l_per_100km"]
+    plain = json.loads(timed([*words, "--cycles", PLAIN_TRIPS])[1])["statistics"][
+        "consumption_l_per_100km"
+    ]
     low, high = plain["ci95"]
     return adjusted, PLAIN_TRIPS * (0.5 * (high - low) / plain["mean"] / PRECISION) ** 2
 
@@ -179,7 +191,9 @@ def cpu_flags() -> set[str]:
     """Read what the CPU has."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
-    return {flag for line in lines if line.startswith("flags") for flag in line.split(":")[1].split()}
+    return {
+        flag for line in lines if line.startswith("flags") for flag in line.split(":")[1].split()
+    }
 
 
 def cpu_name() -> str:
@@ -187,7 +201,8 @@ def cpu_name() -> str:
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
     return next(
-        (line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine()
+        (line.split(":")[1].strip() for line in lines if line.startswith("model name")),
+        platform.machine(),
     )
 
 
@@ -198,7 +213,9 @@ def mean_difference(found: list[float], right: list[float]) -> float:
     return total if total == total else float("inf")  # noqa: PLR0124 - not a number
 
 
-def judge(entry: Entry, answer: dict[str, Any], answers: dict[float, dict[str, list[float]]]) -> None:
+def judge(
+    entry: Entry, answer: dict[str, Any], answers: dict[float, dict[str, list[float]]]
+) -> None:
     """Compare a closed loop with ocmc at the same step and with ocmc at 1 ms."""
 
     def against(step_s: float) -> tuple[float, float]:
@@ -210,7 +227,9 @@ def judge(entry: Entry, answer: dict[str, Any], answers: dict[float, dict[str, l
     entry.bias = against(TRUTH_S)
 
 
-def same_rules(worker: Worker, name: str, cycles: int, answers: dict[float, dict[str, list[float]]]) -> None:
+def same_rules(
+    worker: Worker, name: str, cycles: int, answers: dict[float, dict[str, list[float]]]
+) -> None:
     """Say how far the cycles are from ocmc's with steps so short that only the rules count."""
     step_s = min(step_s for step_s in answers if step_s > TRUTH_S)
     answer = worker.round(step_s, cycles)
@@ -280,7 +299,9 @@ class Table:
 
     def row(self, entry: Entry) -> str:
         """Write a line; no ratio where the energies differ."""
-        percent = "" if entry.bias is None else " / ".join(f"{100 * bias:.3f}" for bias in entry.bias)
+        percent = (
+            "" if entry.bias is None else " / ".join(f"{100 * bias:.3f}" for bias in entry.bias)
+        )
         same = "" if entry.difference is None else f"{100 * entry.difference:.4f}"
         best, road = self.kernels[-1].ns_per_s, self.planning_ns
         own = entry is self.whole or entry in self.kernels
@@ -296,12 +317,18 @@ class Table:
         else:
             pairs = [zip(entry.ns_per_s, base.ns_per_s, strict=False) for base in self.kernels]
             pairs.append(
-                zip(with_road, [here + way for here, way in zip(best, road, strict=False)], strict=False)
+                zip(
+                    with_road,
+                    [here + way for here, way in zip(best, road, strict=False)],
+                    strict=False,
+                )
             )
             ratios = [spread([there / here for there, here in pair]) for pair in pairs]
         step = f"{entry.step_s:g}" + (" (needed)" if entry.needed else "")
         return (
-            "| " + " | ".join([entry.name, step, percent, same, spread(entry.ns_per_s), *ratios, cpu]) + " |"
+            "| "
+            + " | ".join([entry.name, step, percent, same, spread(entry.ns_per_s), *ratios, cpu])
+            + " |"
         )
 
 
@@ -333,7 +360,8 @@ def checked_on_trace(worker: Worker, entry: Entry, peers: Path) -> None:
     """Let ocmc follow the rival's own speeds with the rival's body, and compare the work at the wheels."""
     checks = worker.about["checks"][str(entry.step_s)]
     found = [
-        json.loads(timed([peers, "follow"], json.dumps(check["follow"]))[1])["wheel_j"] for check in checks
+        json.loads(timed([peers, "follow"], json.dumps(check["follow"]))[1])["wheel_j"]
+        for check in checks
     ]
     entry.difference = max(
         abs(check["wheel_j"] / wheel_j - 1.0) for check, wheel_j in zip(checks, found, strict=True)
@@ -448,7 +476,9 @@ def main() -> None:
     )
     print(f"ocmc {timed([binary, '--version'])[1].split()[1]}, {python_version}, {said}.\n")
     print(f"Sampling and planning: {spread(table.planning_ns)} ns per simulated second. ")
-    print(f"Trips to ± {100 * PRECISION:g} %: {adjusted:.0f} with adjusted means, {plain:.0f} without.\n")
+    print(
+        f"Trips to ± {100 * PRECISION:g} %: {adjusted:.0f} with adjusted means, {plain:.0f} without.\n"
+    )
     print(table.head)
     for entry in entries:
         print(table.row(entry))

@@ -80,7 +80,9 @@ def load(folder: Path) -> Scenarios:
         first_row=np.array([cycle["first_row"] for cycle in cycles]),
         n_rows=np.array([cycle["rows"] for cycle in cycles]),
         # a PID driver has no threshold: below zero nothing is held
-        trucks=np.array([[-1.0 if c[name] is None else float(c[name]) for name in TRUCK] for c in cycles]),
+        trucks=np.array(
+            [[-1.0 if c[name] is None else float(c[name]) for name in TRUCK] for c in cycles]
+        ),
         answers=answers,
         traces=np.split(traces, ends[:-1]),
     )
@@ -105,7 +107,9 @@ def curve_cells(engine: dict[str, Any]) -> Array:
     return np.hstack([full, drag])
 
 
-def fuel_cells(engine: dict[str, Any]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array]:
+def fuel_cells(
+    engine: dict[str, Any],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array]:
     """Pieces of speed and of torque for each cell, and the bilinear map: a + b w + T (c + d w)."""
     speed, torque = np.array(engine["map_speed_radps"]), np.array(engine["map_torque_nm"])
     fuel = np.zeros((len(speed), len(torque)))

@@ -193,7 +193,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         )
 
     @jit
-    def pedal_forces(v: float, k: int, per_m: float, loss: float, launches: bool, truck: tuple) -> tuple:
+    def pedal_forces(
+        v: float, k: int, per_m: float, loss: float, launches: bool, truck: tuple
+    ) -> tuple:
         """Give forces without a pedal, of a released accelerator, pedal for each N more, and the moving mass.
 
         `k`: cell of the engine's speed at the step's start.
@@ -212,7 +214,14 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
 
     @jit
     def forecast(
-        v: float, k: int, per_m: float, loss: float, launches: bool, drag: float, road: float, truck: tuple
+        v: float,
+        k: int,
+        per_m: float,
+        loss: float,
+        launches: bool,
+        drag: float,
+        road: float,
+        truck: tuple,
     ) -> tuple:
         """Give what the driver knows by feel; `k`: cell of the engine's speed in the last step, `drag`: of the air then.
 
@@ -228,8 +237,16 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         rise = moving / (from_rest + per_mps * v)
         wanted = rise * peak_ratio
         most = steady + LIFTS_AT * wanted
-        holding = (steady - released) * per_force if steady > coasting else (steady - coasting) * per_brake
-        ramp = (slower - released) * per_force if slower > coasting else (slower - coasting) * per_brake
+        holding = (
+            (steady - released) * per_force
+            if steady > coasting
+            else (steady - coasting) * per_brake
+        )
+        ramp = (
+            (slower - released) * per_force
+            if slower > coasting
+            else (slower - coasting) * per_brake
+        )
         holding_back = (most - coasting) * per_brake if most < coasting else FAR
         return (
             holding,
@@ -244,7 +261,14 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
 
     @jit
     def rising_pedal(
-        v: float, k: int, per_m: float, loss: float, launches: bool, drag: float, road: float, truck: tuple
+        v: float,
+        k: int,
+        per_m: float,
+        loss: float,
+        launches: bool,
+        drag: float,
+        road: float,
+        truck: tuple,
     ) -> float:
         """Accelerator that gives the driver's acceleration at the end of a step."""
         _, _, _, _, _, _, from_rest, per_mps, _ = truck
@@ -353,7 +377,19 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         d: tuple,
     ) -> tuple:
         """Both pedals: output of the controller, what the brakes see of it, accelerator, braking, and two rates."""
-        kp, ki, kd_per_s, tracking, ramp_gain, band_output, tolerance_output, _, _, dead_zone, balances = d
+        (
+            kp,
+            ki,
+            kd_per_s,
+            tracking,
+            ramp_gain,
+            band_output,
+            tolerance_output,
+            _,
+            _,
+            dead_zone,
+            balances,
+        ) = d
         ramps, rises, hold, held, gathers, coasts, _, _ = stands
         holding, ramp, peak, _, holding_back, _, _, _ = known
         error, lag = desired - v, v - filtered
@@ -370,7 +406,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
             output = min(output, 0.0)
         accelerator = clip(min(output, (limiter_end - v) * per_limiter, peak), 0.0, 1.0)
         if ramps:  # a small one is coasted
-            demand = max(output, output + ramp_gain * max(desired - braked_share * abs(static), 0.0))
+            demand = max(
+                output, output + ramp_gain * max(desired - braked_share * abs(static), 0.0)
+            )
         elif v > band_from and static > 0.0:
             demand = max(output, kp * error + band_output)
         else:
@@ -385,7 +423,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         return output, demand, accelerator, braking, integral_rate, lag * per_filter
 
     @jit
-    def couple(v: float, per_m: float, launches: bool, drives: bool, shifts: bool, rolls: bool) -> tuple:
+    def couple(
+        v: float, per_m: float, launches: bool, drives: bool, shifts: bool, rolls: bool
+    ) -> tuple:
         """Say whether the clutch is closed, whether torque passes, and how fast a free engine turns."""
         turns = v * per_m
         slips = launches and drives and turns < launch_w
@@ -421,7 +461,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         # what the driven axle does not hold, and what the driver does not let
         traction = min(driven_mass * max(grip, LEAST_TRACTION_MPS2), max(most, 0.0))
         full = min(full, driving_torque(per_m, loss, v, traction) + auxiliary)
-        driving = min(max(torque + response * command, lowest), full) - auxiliary if engaged else 0.0
+        driving = (
+            min(max(torque + response * command, lowest), full) - auxiliary if engaged else 0.0
+        )
         if not closed:
             driving = max(driving, 0.0)
         wheel = wheel_force(per_m, loss, v, driving)

@@ -101,7 +101,10 @@ def __getattr__(name: str) -> ModuleType:
 def __dir__() -> list[str]:
     """List what is public, and can be imported here: ``help`` and ``inspect`` import all of it."""
     parts = _WITH_EXTRAS.items()
-    return [*__all__, *(part for part, needs in parts if needs is None or importlib.util.find_spec(needs))]
+    return [
+        *__all__,
+        *(part for part, needs in parts if needs is None or importlib.util.find_spec(needs)),
+    ]
 
 
 def _main() -> NoReturn:

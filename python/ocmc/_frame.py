@@ -43,7 +43,9 @@ def _library(name: str) -> Any:  # noqa: ANN401 (not everybody has it)
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"to_{name} needs {name}: pip install {name}", name=name) from error
+        raise ModuleNotFoundError(
+            f"to_{name} needs {name}: pip install {name}", name=name
+        ) from error
 
 
 def rows(table: "Table", dtype: Any, copy: bool | None) -> npt.NDArray[np.object_]:  # noqa: ANN401, FBT001

@@ -112,7 +112,9 @@ def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
     client = distributed.get_client() if client is None else client
     threads = max(1, sum(client.nthreads().values()))
     if shard_cycles is None:
-        shard_cycles = min(max(cycles // (_SHARDS_A_THREAD * threads), _FEWEST_CYCLES), _MOST_CYCLES)
+        shard_cycles = min(
+            max(cycles // (_SHARDS_A_THREAD * threads), _FEWEST_CYCLES), _MOST_CYCLES
+        )
     for name, number in [("cycles", cycles), ("shard_cycles", shard_cycles)]:
         if number < 1:
             raise ValueError(f"`{name}` is {number}, allowed is a whole number from 1")

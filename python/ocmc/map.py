@@ -31,7 +31,10 @@ __all__ = ["Route", "route"]
 
 _STEP_M = 25.0  # between altitudes
 _SIGNS_AT_ONCE = 500
-_MOST = {"max_distance": 1e7, "max_shape": 1_000_000}  # of a track, in m and places: for services, less
+_MOST = {
+    "max_distance": 1e7,
+    "max_shape": 1_000_000,
+}  # of a track, in m and places: for services, less
 
 
 @dataclass(frozen=True)
@@ -119,13 +122,17 @@ def route(
     actor = _actor(Path(tiles))
     shape = [{"lat": lat, "lon": lon} for lat, lon in places]
     try:
-        answer = actor.trace_attributes({"shape": shape, "costing": "auto", "shape_match": "map_snap"})
+        answer = actor.trace_attributes(
+            {"shape": shape, "costing": "auto", "shape_match": "map_snap"}
+        )
     except RuntimeError as error:
         raise ValueError(
             f"track from {at(*places[0])} to {at(*places[-1])}: no way on the roads of {tiles} ({error}); "
             "its tiles have to cover the track"
         ) from error
-    columns, account = found(answer, _signs(actor, answer), fill_m, _STEP_M if elevation else np.inf)
+    columns, account = found(
+        answer, _signs(actor, answer), fill_m, _STEP_M if elevation else np.inf
+    )
     bridged = columns.pop("bridged")
     if elevation:
         way = np.array([columns["lat"], columns["lon"]]).T
@@ -140,9 +147,13 @@ def _places(track: Any) -> list[tuple[float, float]]:  # noqa: ANN401
     try:
         lat, lon = (np.asarray(track[name], dtype=float) for name in ("lat", "lon"))
     except KeyError as error:
-        raise ValueError(f"track: no column {error}; it needs 'lat' and 'lon', in degrees") from error
+        raise ValueError(
+            f"track: no column {error}; it needs 'lat' and 'lon', in degrees"
+        ) from error
     if lat.shape != lon.shape or lat.ndim != 1 or lat.size < 2:  # noqa: PLR2004 (two places make a way)
-        raise ValueError(f"track: {lat.size} lat and {lon.size} lon; it needs as many of both, at least 2")
+        raise ValueError(
+            f"track: {lat.size} lat and {lon.size} lon; it needs as many of both, at least 2"
+        )
     wrong = ~((np.abs(lat) <= 90) & (np.abs(lon) <= 180))  # noqa: PLR2004 (degrees); nan is wrong, too
     if wrong.any():
         k = int(np.argmax(wrong))
@@ -191,7 +202,11 @@ def _signs(actor: Any, answer: Mapping[str, Any]) -> dict[int, str]:  # noqa: AN
     options = {"node_snap_tolerance": 0, "minimum_reachability": 0}
     locations = [{"lat": lat, "lon": lon} | options for lat, lon in middles]
     for k in range(0, len(locations), _SIGNS_AT_ONCE):
-        request = {"locations": locations[k : k + _SIGNS_AT_ONCE], "costing": "auto", "verbose": True}
+        request = {
+            "locations": locations[k : k + _SIGNS_AT_ONCE],
+            "costing": "auto",
+            "verbose": True,
+        }
         for edge in (edge for place in actor.locate(request) for edge in place["edges"] or []):
             for flag, word in [("yield_sign", "give_way"), ("stop_sign", "stop_sign")]:
                 if edge["edge"][flag]:
@@ -199,14 +214,18 @@ def _signs(actor: Any, answer: Mapping[str, Any]) -> dict[int, str]:  # noqa: AN
     return signs
 
 
-def _altitudes(files: Sequence[str | PathLike[str]], way: Floats, bridged: Sequence[bool]) -> list[float]:
+def _altitudes(
+    files: Sequence[str | PathLike[str]], way: Floats, bridged: Sequence[bool]
+) -> list[float]:
     """Give the altitude of each point in m, between the four cells around it."""
     rasterio = _needed("rasterio", "rasterio")
     warp = _needed("rasterio.warp", "rasterio")
     altitude = np.full(len(way), np.nan)
     for file in map(Path, files):
         if not file.is_file():
-            raise FileNotFoundError(f"{file}: no such file; elevation takes files of this machine alone")
+            raise FileNotFoundError(
+                f"{file}: no such file; elevation takes files of this machine alone"
+            )
         with rasterio.open(file) as raster:
             if raster.crs is None:
                 raise ValueError(f"{file}: the raster does not say its coordinates (CRS)")

@@ -35,7 +35,10 @@ def test_the_paper_s_simulator_tables(fit):
     assert round(estimated["exponent"], 2) == 0.23
     assert [round(end, 2) for end in estimated["exponent_ci95"]] == [0.18, 0.28]
     assert round(3.6 * estimated["reference_speed_mps"]) == 60
-    assert (round(100 * estimated["driver_sd"]), round(100 * estimated["residual_sd"], 1)) == (16, 4.8)
+    assert (round(100 * estimated["driver_sd"]), round(100 * estimated["residual_sd"], 1)) == (
+        16,
+        4.8,
+    )
     assert (fixed["exponent"], round(3.6 * fixed["reference_speed_mps"])) == (0.5, 66)
     assert round(100 * fixed["residual_sd"], 1) == 9.6
 
@@ -77,7 +80,9 @@ def test_the_fit_makes_a_study(fit):
 
 
 def test_options_and_the_base(curves, fit):
-    with pytest.warns(UserWarning, match="reference radius of 250 m lies outside|table.exponent") as warned:
+    with pytest.warns(
+        UserWarning, match="reference radius of 250 m lies outside|table.exponent"
+    ) as warned:
         narrow = ocmc.fit_curve_speed(curves, radius_range_m=(100.0, 200.0), fixed_exponent=0.4)
     warned = " ".join(str(warning.message) for warning in warned)
     assert "reference radius of 250 m lies outside" in warned
@@ -141,7 +146,9 @@ def test_files_that_cannot_be_read_are_os_errors(tmp_path):
 def log():
     """Two drives at 10 m/s: straight, a left curve of 100 m, straight, a right curve of 50 m, straight."""
     time = np.arange(0.0, 80.0, 0.1)
-    rate = np.where((time > 20) & (time < 30), 0.1, 0.0) - np.where((time > 50) & (time < 56), 0.2, 0.0)
+    rate = np.where((time > 20) & (time < 30), 0.1, 0.0) - np.where(
+        (time > 50) & (time < 56), 0.2, 0.0
+    )
     return {
         "driver": ["x"] * time.size + ["y"] * time.size,
         "drive": ["1"] * time.size + ["2"] * time.size,
@@ -190,14 +197,20 @@ def test_detectors_and_radii(log):
         ({}, "no column for the speed"),
         ({"columns": {"sped_mps": "v"}}, "did you mean"),
         ({"columns": MEANING | {"speed_kmh": "w"}}, "there is no column `w`"),
-        ({"columns": MEANING, "detector": "eye"}, "allowed is one of: hidden_markov, trained, threshold"),
+        (
+            {"columns": MEANING, "detector": "eye"},
+            "allowed is one of: hidden_markov, trained, threshold",
+        ),
         ({"columns": MEANING, "radius": "wide"}, "allowed is one of: turn, mean, positions"),
         ({"columns": MEANING, "radius": "positions"}, "latitude"),
         (
             {"columns": MEANING, "steering_ratio": 0.0, "wheelbase_m": 3.0},
             "is 0: allowed is 1 to 100",
         ),
-        ({"columns": MEANING, "steering_ratio": 15.0, "wheelbase_m": np.nan}, "allowed is 0.5 to 20"),
+        (
+            {"columns": MEANING, "steering_ratio": 15.0, "wheelbase_m": np.nan},
+            "allowed is 0.5 to 20",
+        ),
         ({"columns": MEANING, "central_share": 2.0}, "central"),
         ({"columns": MEANING, "wheelbase_m": 3.6}, "belong together"),
     ],

@@ -119,13 +119,17 @@ def test_a_requested_schema_is_met_where_its_columns_are_ours(run, table):
     cast = pa.RecordBatchReader.from_stream(run.records, schema=single).read_all()
     assert cast.schema == single
     np.testing.assert_array_equal(cast["distance_m"], run["distance_m"].astype(np.float32))
-    signed = table.schema.set(table.schema.get_field_index("cycle_id"), pa.field("cycle_id", pa.int64()))
+    signed = table.schema.set(
+        table.schema.get_field_index("cycle_id"), pa.field("cycle_id", pa.int64())
+    )
     signed = signed.set(signed.get_field_index("outcome"), pa.field("outcome", pa.large_string()))
     cast = pa.RecordBatchReader.from_stream(run.records, schema=signed).read_all()
     assert cast.schema == signed
     assert cast["outcome"].to_pylist() == table["outcome"].to_pylist()
     # the protocol lets a producer keep its own schema where it cannot meet another one
-    other = pa.RecordBatchReader.from_stream(run.records, schema=pa.schema([pa.field("x", pa.string())]))
+    other = pa.RecordBatchReader.from_stream(
+        run.records, schema=pa.schema([pa.field("x", pa.string())])
+    )
     assert other.read_all().schema == table.schema
 
 

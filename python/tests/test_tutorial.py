@@ -31,7 +31,9 @@ def outputs():
 def shown(outputs, part, kind):
     """Outputs of the cells with this text."""
     found = [
-        output.data[kind] for source, output in outputs if part in source and kind in output.get("data", {})
+        output.data[kind]
+        for source, output in outputs
+        if part in source and kind in output.get("data", {})
     ]
     assert found, part
     return "".join(found)

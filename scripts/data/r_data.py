@@ -104,4 +104,6 @@ class Reader:
 def table(data: bytes, name: str) -> dict[str, list]:
     """Take the columns of the table of this name from a file that R compressed by bzip2."""
     columns, attributes = dict(Reader(bz2.decompress(data)).item())[name]
-    return {column: values for column, (values, _) in zip(attributes["names"][0], columns, strict=True)}
+    return {
+        column: values for column, (values, _) in zip(attributes["names"][0], columns, strict=True)
+    }

@@ -87,7 +87,9 @@ def printed_table(*heads):
                 for row in lines[number + 2 :]:
                     if not row.startswith("|"):
                         return rows
-                    rows.append([re.sub(r"[*`]", "", cell).strip() for cell in row.strip("|").split("|")])
+                    rows.append(
+                        [re.sub(r"[*`]", "", cell).strip() for cell in row.strip("|").split("|")]
+                    )
                 return rows
     raise LookupError(f"no page has a table that begins with {' | '.join(heads)}")
 

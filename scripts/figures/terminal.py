@@ -50,7 +50,8 @@ def main() -> None:
     program = sys.argv[1] if len(sys.argv) > 1 else "ocmc"
     command = [program, *COMMAND.split()[1:]]
     answers = [
-        subprocess.run(command, check=True, capture_output=True, text=True).stdout for _ in range(RUNS)
+        subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        for _ in range(RUNS)
     ]
     OUT.write_text(picture(min(answers, key=took_s)))
 

@@ -2,7 +2,9 @@
 
 import re
 
-_FENCE = r"^(?P<indent>[ >]*)(?P<fence>`{3,}|~{3,})[^\n]*\n(?:.*?\n)??(?P=indent) *(?P=fence)[`~]*[ ]*$"
+_FENCE = (
+    r"^(?P<indent>[ >]*)(?P<fence>`{3,}|~{3,})[^\n]*\n(?:.*?\n)??(?P=indent) *(?P=fence)[`~]*[ ]*$"
+)
 _FIGURE = r"(?<=\n\n)!\[(?P<words>[^\]]+)\]\((?P<file>[^)\s]+)\)(?=\n\n|\n?\Z)"
 _PARTS = re.compile(f"{_FENCE}|{_FIGURE}", re.MULTILINE | re.DOTALL)
 

@@ -21,7 +21,11 @@ def build(mdbook, book):
     if book.exists():
         shutil.rmtree(book)
     answer = subprocess.run(
-        [mdbook, "build", "docs", "--dest-dir", book], cwd=ROOT, capture_output=True, text=True, check=False
+        [mdbook, "build", "docs", "--dest-dir", book],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     lines = answer.stderr.splitlines()
     complaints = [line.strip() for line in lines if line.lstrip().startswith(("WARN", "ERROR"))]
@@ -43,8 +47,12 @@ def main():
         "of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
         f"{layout.DESK} px and no page is wider than the screen at {layout.PHONE} px.",
     )
-    parser.add_argument("--out", default=ROOT / "target" / "book", help="where the guide goes (target/book)")
-    parser.add_argument("--no-browser", action="store_true", help="what needs no browser: some seconds")
+    parser.add_argument(
+        "--out", default=ROOT / "target" / "book", help="where the guide goes (target/book)"
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="what needs no browser: some seconds"
+    )
     parser.add_argument(
         "--slow", action="store_true", help="slow commands of docs/figures.toml, too: minutes"
     )

@@ -69,7 +69,9 @@ def _link_fault(page, link, pages):
     parts = urlsplit(link)
     if parts.scheme in {"http", "https", "mailto"}:
         return None
-    target = (page.path.parent / unquote(parts.path)).resolve() if parts.path else page.path.resolve()
+    target = (
+        (page.path.parent / unquote(parts.path)).resolve() if parts.path else page.path.resolve()
+    )
     if not target.is_file():
         return f"link {link} leads nowhere"
     if parts.fragment and target in pages and unquote(parts.fragment) not in pages[target].anchors:

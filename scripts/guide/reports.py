@@ -37,7 +37,14 @@ COMMANDS = {
     "trucks": ["--study", "long-haul", "--trucks", 20, "--trips", 30],
     "charging": ["--study", "electric-regional", "--trucks", 8, "--trips", 30],
     "fuel-cell": ["--study", "fuel-cell-truck", "--cycles", 100],
-    "compare-key": ["compare", "field-truck", "--set", "vehicle.drag_area_m2.median=4.5", "--cycles", 200],
+    "compare-key": [
+        "compare",
+        "field-truck",
+        "--set",
+        "vehicle.drag_area_m2.median=4.5",
+        "--cycles",
+        200,
+    ],
     "compare-studies": ["compare", "field-truck", "long-haul", "battery-truck", "--cycles", 200],
     "sensitivity": ["sensitivity", "--cycles", 100, "--shapley"],
     "doubt": ["doubt", "--cycles", 100],
@@ -104,7 +111,9 @@ def main():
     )
     parser.add_argument("ocmc", help="the program")
     parser.add_argument("--axe", type=Path, help="axe.min.js of axe-core: its serious rules, too")
-    parser.add_argument("--slow", action="store_true", help="the page of `ocmc learn`, too: a minute")
+    parser.add_argument(
+        "--slow", action="store_true", help="the page of `ocmc learn`, too: a minute"
+    )
     parser.add_argument("--pictures", type=Path, help="where pictures of the whole pages go")
     options = parser.parse_args()
     program = chromium()

@@ -63,7 +63,13 @@ class Tab(Browser):
     def key(self, name, code, number):
         """Press and release a key."""
         for kind in ("rawKeyDown", "keyUp"):
-            self._ask("Input.dispatchKeyEvent", type=kind, key=name, code=code, windowsVirtualKeyCode=number)
+            self._ask(
+                "Input.dispatchKeyEvent",
+                type=kind,
+                key=name,
+                code=code,
+                windowsVirtualKeyCode=number,
+            )
 
     def click(self, selector):
         """Click by the element itself."""

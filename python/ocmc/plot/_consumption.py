@@ -68,7 +68,13 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
     ax = axes(ax)
     share = np.full(values.size, 100.0 / values.size)
     ax.hist(
-        values, bins=bins(values), weights=share, color=BLUE, alpha=0.55, edgecolor="white", linewidth=0.4
+        values,
+        bins=bins(values),
+        weights=share,
+        color=BLUE,
+        alpha=0.55,
+        edgecolor="white",
+        linewidth=0.4,
     )
     statistic: dict[str, Any] = run.summary()["statistics"].get(column, {})
     quantiles = {}

@@ -8,7 +8,18 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from ocmc.plot._axis import BLUE, COLOURS, GREY, KMH_PER_MPS, RED, axes, has, numbers, spine_free, words
+from ocmc.plot._axis import (
+    BLUE,
+    COLOURS,
+    GREY,
+    KMH_PER_MPS,
+    RED,
+    axes,
+    has,
+    numbers,
+    spine_free,
+    words,
+)
 
 _NORMAL_95 = 1.959964  # of a standard normal, 95 % lie within
 _MOST_LARGE = 500  # points that are drawn as large symbols
@@ -59,7 +70,11 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     reference_m = fit["reference_radius_m"]
 
     def law(model: Mapping[str, Any]) -> _Numbers:
-        speed = KMH_PER_MPS * model["reference_speed_mps"] * (along_m / reference_m) ** model["exponent"]
+        speed = (
+            KMH_PER_MPS
+            * model["reference_speed_mps"]
+            * (along_m / reference_m) ** model["exponent"]
+        )
         return np.asarray(speed)
 
     driver_sd, residual_sd = estimated["driver_sd"] or 0.0, estimated["residual_sd"]
@@ -71,7 +86,13 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
         factor = np.exp(_NORMAL_95 * sd)
         middle = law(estimated)
         ax.fill_between(
-            along_m, middle / factor, middle * factor, color=BLUE, alpha=alpha, linewidth=0, label=name
+            along_m,
+            middle / factor,
+            middle * factor,
+            color=BLUE,
+            alpha=alpha,
+            linewidth=0,
+            label=name,
         )
     label = f"$v_0$ {KMH_PER_MPS * estimated['reference_speed_mps']:.1f} km/h, δ {estimated['exponent']:.3f}"
     interval = estimated.get("exponent_ci95")
@@ -141,7 +162,11 @@ def curve_fit_by_driver(
     reference_m, estimated = fit["reference_radius_m"], fit["estimated"]
     smallest_m, largest_m = fit["radius_range_m"]
     along_m = np.geomspace(smallest_m, largest_m, 50)
-    pooled = KMH_PER_MPS * estimated["reference_speed_mps"] * (along_m / reference_m) ** estimated["exponent"]
+    pooled = (
+        KMH_PER_MPS
+        * estimated["reference_speed_mps"]
+        * (along_m / reference_m) ** estimated["exponent"]
+    )
     for panel, name in zip(panels, names, strict=True):
         own = drivers == name
         title = str(name)
@@ -161,7 +186,9 @@ def curve_fit_by_driver(
         if np.ptp(x) > 0.0:
             exponent, middle = np.polyfit(x, y, 1)
             span_m = np.geomspace(radius_m[own].min(), radius_m[own].max(), 50)
-            panel.plot(span_m, np.exp(middle) * (span_m / reference_m) ** exponent, color=BLUE, linewidth=2)
+            panel.plot(
+                span_m, np.exp(middle) * (span_m / reference_m) ** exponent, color=BLUE, linewidth=2
+            )
             title += f": $v_0$ {np.exp(middle):.1f} km/h, δ {exponent:.3f}"
         panel.set_title(title, fontsize="small", loc="left")
         panel.set(xscale="log", ylim=(0, None))

@@ -63,16 +63,26 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
         for fit in fits:
             if fit[gain] is None:
                 continue
-            uphill, found = fit["grade"] > 0, gain not in fit.get("not_identifiable", fit["at_bound"])
+            uphill, found = (
+                fit["grade"] > 0,
+                gain not in fit.get("not_identifiable", fit["at_bound"]),
+            )
             colour = RED if uphill else BLUE
             place = drivers.index(str(fit["driver"])) + offsets[fit["grade"]]
             interval = _interval(fit, gain)
             if interval is not None:
                 panel.plot([place, place], interval, color=colour, linewidth=1.0, alpha=0.6)
             (handle,) = panel.plot(
-                place, fit[gain], "o", color=colour, markersize=5, markerfacecolor=colour if found else "none"
+                place,
+                fit[gain],
+                "o",
+                color=colour,
+                markersize=5,
+                markerfacecolor=colour if found else "none",
             )
-            handles[("uphill" if uphill else "downhill") + ("" if found else ", not identified")] = handle
+            handles[
+                ("uphill" if uphill else "downhill") + ("" if found else ", not identified")
+            ] = handle
         panel.set_ylabel(name)
         if gain == "threshold_mps":
             panel.set_ylim(bottom=0)  # it may be none at all
@@ -100,4 +110,6 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
 def _interval(fit: Mapping[str, Any], gain: str) -> list[float] | None:
     """Interval of a gain, where it was worked out."""
     parameters = fit.get("parameters", [])
-    return next((parameter["interval"] for parameter in parameters if parameter["name"] == gain), None)
+    return next(
+        (parameter["interval"] for parameter in parameters if parameter["name"] == gain), None
+    )

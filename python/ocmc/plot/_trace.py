@@ -86,10 +86,14 @@ def trace(
     panels[1].axhline(0.0, color=ink, linewidth=0.6)
     panels[1].set_ylabel("slope, %")
     pedals = panels[2]
-    pedals.fill_between(x, 100.0 * of("accelerator"), color=BLUE, alpha=0.7, linewidth=0, label="accelerator")
+    pedals.fill_between(
+        x, 100.0 * of("accelerator"), color=BLUE, alpha=0.7, linewidth=0, label="accelerator"
+    )
     pedals.fill_between(x, -100.0 * of("brake"), color=RED, alpha=0.7, linewidth=0, label="brake")
     pedals.axhline(0.0, color=ink, linewidth=0.6)
-    pedals.set(ylabel="pedals, %", ylim=(-105, 105), yticks=[-100, 0, 100], yticklabels=["100", "0", "100"])
+    pedals.set(
+        ylabel="pedals, %", ylim=(-105, 105), yticks=[-100, 0, 100], yticklabels=["100", "0", "100"]
+    )
     pedals.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     panels[3].step(x, of("gear"), where="pre", color=ink, linewidth=1.0)
     panels[3].set_ylabel("gear")
@@ -125,7 +129,9 @@ def _speed(ax: Axes, x: npt.NDArray[np.float64], of: Any, cycle: "OperatingCycle
         place = np.searchsorted(limit["position_m"], of("position_m"), side="right") - 1
         limits = KMH_PER_MPS * limit["value"][np.maximum(place, 0)]
         ax.plot(x, limits, color=GREY, linewidth=1.2, drawstyle="steps-pre", label="speed limit")
-    ax.plot(x, KMH_PER_MPS * of("desired_speed_mps"), color=ORANGE, linewidth=1.2, label="desired speed")
+    ax.plot(
+        x, KMH_PER_MPS * of("desired_speed_mps"), color=ORANGE, linewidth=1.2, label="desired speed"
+    )
     ax.plot(x, KMH_PER_MPS * of("speed_mps"), color=BLUE, linewidth=1.2, label="speed")
     ax.set(ylabel="speed, km/h", ylim=(0, None))
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))

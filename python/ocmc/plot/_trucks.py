@@ -65,10 +65,20 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
     ax = axes(ax)
     places = np.arange(len(order))
     ax.errorbar(
-        places, heights, yerr=whiskers, fmt="o", markersize=3, color=BLUE, ecolor=GREY, elinewidth=0.8
+        places,
+        heights,
+        yerr=whiskers,
+        fmt="o",
+        markersize=3,
+        color=BLUE,
+        ecolor=GREY,
+        elinewidth=0.8,
     )
     ax.axhline(
-        float(np.average(values, weights=weights)), color=ink(), linewidth=0.8, label="mean of the fleet"
+        float(np.average(values, weights=weights)),
+        color=ink(),
+        linewidth=0.8,
+        label="mean of the fleet",
     )
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set(xlabel="trucks, from the lowest to the highest", ylabel=name)
@@ -111,7 +121,9 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
     for k, (name, whole, colour) in enumerate(zip(answers, wholes, cycle(COLOURS))):
         found = [whole.get(factor, {}) for factor in factors]
         heights = np.array([100.0 * share.get("first", np.nan) for share in found])
-        ends = np.array([share.get("first_ci95") or [np.nan, np.nan] for share in found], dtype=float)
+        ends = np.array(
+            [share.get("first_ci95") or [np.nan, np.nan] for share in found], dtype=float
+        )
         ax.bar(
             places + (k - (len(answers) - 1) / 2.0) * width,
             heights,

@@ -55,7 +55,13 @@ def validation(answer: Mapping[str, Any], *, road: int = 0, ax: Axes | None = No
 
     km = np.array(shown["position_m"], dtype=float) / 1000.0
     ax.fill_between(
-        km, of("p5_mps"), of("p95_mps"), color=BLUE, alpha=0.2, linewidth=0, label="90 % of the trips"
+        km,
+        of("p5_mps"),
+        of("p95_mps"),
+        color=BLUE,
+        alpha=0.2,
+        linewidth=0,
+        label="90 % of the trips",
     )
     ax.fill_between(
         km, of("p25_mps"), of("p75_mps"), color=BLUE, alpha=0.4, linewidth=0, label="half of them"
