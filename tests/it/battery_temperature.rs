@@ -1,5 +1,5 @@
-//! The temperature of a battery: where it does nothing the records are those without it, its heat is
-//! kept, and what is cold drives and charges worse.
+//! The temperature of a battery: where it does nothing the records are those without it, its heat
+//! is kept, and what is cold drives and charges worse.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
 use ocmc_core::energy::Carrier;

@@ -1,6 +1,6 @@
 //! Inputs that are odd in one way each, of a kind, by chance: the answer is that of the plain input
-//! within 2 %, or the file is refused, or a check warns; and what is right is hardly ever warned of.
-//! `OCMC_ODD_INPUTS=2000` tries so many of each kind, and prints what fails.
+//! within 2 %, or the file is refused, or a check warns; and what is right is hardly ever warned
+//! of. `OCMC_ODD_INPUTS=2000` tries so many of each kind, and prints what fails.
 
 use crate::common::study;
 use crate::noisy_routes::points;
@@ -156,7 +156,8 @@ fn tried(
     assert!(alarms <= most_alarms * rights + 2.0, "{kind}: {alarms} of {rights} right ones");
 }
 
-/// Points of a random road: east, north and up in m, limit in m/s, one each 5 m, and where it stops.
+/// Points of a random road: east, north and up in m, limit in m/s, one each 5 m, and where it
+/// stops.
 fn road(chance: &mut Chance) -> (Vec<[f64; 4]>, Vec<f64>) {
     let base = ["field-truck", "regional"][chance.place(2)];
     let length_m = chance.between(6e3, 15e3);

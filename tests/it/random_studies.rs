@@ -1,6 +1,7 @@
-//! Random studies of battery-electric trucks over charging, rests, chains and stops: whatever a study
-//! asks for, no truck has less than no charge or more than all, no number is missing or endless, energy
-//! adds up, and no interval stands without its estimate. `OCMC_RANDOM_STUDIES=5000` tries so many.
+//! Random studies of battery-electric trucks over charging, rests, chains and stops: whatever a
+//! study asks for, no truck has less than no charge or more than all, no number is missing or
+//! endless, energy adds up, and no interval stands without its estimate. `OCMC_RANDOM_STUDIES=5000`
+//! tries so many.
 
 use crate::common::{column, electric_balance};
 use ocmc_core::kernel::drive::trace::trace;

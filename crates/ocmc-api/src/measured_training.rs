@@ -82,8 +82,8 @@ struct Member {
 /// Finds what the training of the worst drivers of a benchmark is worth.
 ///
 /// # Errors
-/// [`Error::File`] where the file cannot be read, [`Error::NoRankedDrivers`] where it is no benchmark
-/// or its drivers do not differ beyond chance; [`Error::Interrupted`].
+/// [`Error::File`] where the file cannot be read, [`Error::NoRankedDrivers`] where it is no
+/// benchmark or its drivers do not differ beyond chance; [`Error::Interrupted`].
 pub fn measured_training(
     request: &MeasuredTrainingRequest,
     watch: &mut Watch,

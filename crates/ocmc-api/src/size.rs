@@ -82,8 +82,8 @@ pub struct SizeAnswer {
 /// J of a kWh.
 const J_PER_KWH: f64 = 3.6e6;
 
-/// Finds the batteries with which shares of a study's trips arrive. Sizes are tried on the same trips;
-/// nothing but the battery's energy differs, and the mass where that is asked for.
+/// Finds the batteries with which shares of a study's trips arrive. Sizes are tried on the same
+/// trips; nothing but the battery's energy differs, and the mass where that is asked for.
 ///
 /// ```
 /// use ocmc_api::{RunPlan, SizeRequest, go_on, size, study};

@@ -1,5 +1,6 @@
 //! `ocmc sensitivity`, `ocmc compare`, `ocmc doubt`: which factors the spread between cycles comes
-//! from, how studies differ under common random numbers, and what the answer owes to judged numbers.
+//! from, how studies differ under common random numbers, and what the answer owes to judged
+//! numbers.
 
 use crate::arguments::{
     FileOptions, FiledWorkOptions, RangeArguments, StudyOptions, check_range, one_of, whole_number,

@@ -30,7 +30,8 @@ pub(crate) struct BenchmarkArguments {
     /// Keeps the names of the drivers, who else are numbered
     #[arg(long)]
     names: bool,
-    /// Does not adjust for the mean speed of trips: it tells the roads, but a driver has a hand in it
+    /// Does not adjust for the mean speed of trips: it tells the roads, but a driver has a hand in
+    /// it
     #[arg(long)]
     no_speed: bool,
     /// Trips of the study

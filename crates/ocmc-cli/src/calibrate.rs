@@ -18,8 +18,8 @@ pub(crate) enum CalibrateCommand {
     /// Curve speeds: the law with which a study, driven and measured as drivers were, gives a
     /// measured table back
     CurveSpeed(CurveSpeedArguments),
-    /// Totals of trips: the judged numbers with which a study takes what the trips of a fleet, or the
-    /// fills of its tanks, took
+    /// Totals of trips: the judged numbers with which a study takes what the trips of a fleet, or
+    /// the fills of its tanks, took
     Totals(TotalsArguments),
 }
 
@@ -79,8 +79,8 @@ pub(crate) struct CurveSpeedArguments {
     /// Largest radius that takes part, in m
     #[arg(long, value_name = "M", default_value = "500", allow_negative_numbers = true)]
     maximum_radius: f64,
-    /// Only curves with at least this lateral acceleration (speed squared over radius) take part, in
-    /// m/s²
+    /// Only curves with at least this lateral acceleration (speed squared over radius) take part,
+    /// in m/s²
     #[arg(long, value_name = "MPS2", default_value = "0", allow_negative_numbers = true)]
     least_lateral: f64,
     #[command(flatten)]

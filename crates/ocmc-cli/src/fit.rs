@@ -225,7 +225,8 @@ pub(crate) struct FleetArguments {
     #[arg(long, value_name = "COLUMN")]
     column: Option<String>,
     /// Column that says how much a trip counts, such as distance_m: the variance of a trip is
-    /// inverse to it; `none`: each counts once [default: the distance, of amounts over the distance]
+    /// inverse to it; `none`: each counts once [default: the distance, of amounts over the
+    /// distance]
     #[arg(long, value_name = "COLUMN")]
     weight: Option<String>,
     /// Says which column is what, as in truck=plate; may be repeated

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 /// Options of learning.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct LearnArguments {
-    /// Folder with what the fleet has: tables of trips or fills, logs and tracks, tables of weather,
-    /// traffic, curves and speed changes
+    /// Folder with what the fleet has: tables of trips or fills, logs and tracks, tables of
+    /// weather, traffic, curves and speed changes
     #[arg(value_name = "FOLDER")]
     folder: PathBuf,
     /// Says which column is what, as in fuel_amount_l=diesel; may be repeated

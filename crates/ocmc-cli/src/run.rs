@@ -45,8 +45,8 @@ pub(crate) struct RunArguments {
     #[command(flatten)]
     fleet: TruckOptions,
     /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative
-    /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number, and
-    /// 1000000 unless it is given
+    /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number,
+    /// and 1000000 unless it is given
     #[arg(long, value_name = "PRECISION", value_parser = precision)]
     precision: Option<Precision>,
     /// Id of the first cycle: a run can be shared out over machines [default: 0]

@@ -209,8 +209,8 @@ fn init(path: &Path, base: Option<&str>, quiet: bool) -> Result<(), Failure> {
 }
 
 /// Writes a study with fitted values laid over its base, named after its file, and says how to run
-/// it. `by`: the command that has fitted the values, and from what; `standard` is the name where the file has
-/// none.
+/// it. `by`: the command that has fitted the values, and from what; `standard` is the name where
+/// the file has none.
 pub(crate) fn write_fitted(
     path: &Path,
     base: &str,

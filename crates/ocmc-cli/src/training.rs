@@ -25,7 +25,8 @@ pub(crate) struct TrainingArguments {
     /// middle fifth of drivers]
     #[arg(long, value_name = "KEY=VALUE")]
     coached: Vec<String>,
-    /// Drivers that were measured, instead of simulated ones: the benchmark.json of `ocmc benchmark`
+    /// Drivers that were measured, instead of simulated ones: the benchmark.json of `ocmc
+    /// benchmark`
     #[arg(long, value_name = "FILE", conflicts_with = "coached")]
     benchmark: Option<PathBuf>,
     /// Master seed

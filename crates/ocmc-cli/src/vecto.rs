@@ -20,8 +20,8 @@ pub(crate) struct VectoArguments {
     /// [default: the time series beside the job]
     #[arg(long = "result", value_name = "FILE")]
     results: Vec<PathBuf>,
-    /// Replaces one value of the truck's study, as in vehicle.powertrain.combustion.gearbox.indirect_loss_share=0.04; may
-    /// be repeated
+    /// Replaces one value of the truck's study, as in
+    /// vehicle.powertrain.combustion.gearbox.indirect_loss_share=0.04; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]

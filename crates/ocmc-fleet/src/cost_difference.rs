@@ -63,8 +63,8 @@ pub struct Side {
     pub difference: f64,
     /// 95 % interval over the trips that were drawn; none of fewer than ten.
     pub difference_ci95: Option<[f64; 2]>,
-    /// The difference adjusted by what the trips are known to have on average; none where that is not
-    /// known, or the trips are too few.
+    /// The difference adjusted by what the trips are known to have on average; none where that is
+    /// not known, or the trips are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjusted: Option<AdjustedDifference>,
     /// B less A over states of the world; none where no price is a law.

@@ -1,11 +1,11 @@
-//! Load curves: the power that a fleet's chargers draw from the grid in each quarter of an hour of a
-//! day, and how it differs from day to day.
+//! Load curves: the power that a fleet's chargers draw from the grid in each quarter of an hour of
+//! a day, and how it differs from day to day.
 //!
-//! P(d, q) is the energy that the meters of all chargers of a kind count on day d in quarter q, over
-//! 900 s. Mean and quantiles of a quarter are over the days: all days of the calendar in whole weeks,
-//! days without trips among them; where trips draw their days, all trips lie in one year of 365 days.
-//! What is charged after the last day is put on the first one, as if the calendar went round. So the
-//! energy below the curves is what the meters have counted.
+//! P(d, q) is the energy that the meters of all chargers of a kind count on day d in quarter q,
+//! over 900 s. Mean and quantiles of a quarter are over the days: all days of the calendar in whole
+//! weeks, days without trips among them; where trips draw their days, all trips lie in one year of
+//! 365 days. What is charged after the last day is put on the first one, as if the calendar went
+//! round. So the energy below the curves is what the meters have counted.
 
 use super::dependence::Dependence;
 use super::quantile::quantile;

@@ -27,8 +27,8 @@ pub(super) struct OutlineSample {
     known: Vec<Vec<f64>>,
 }
 
-/// The terms of a regression on outlines: their numbers around the expected ones, the shares of road
-/// types times the payload among them.
+/// The terms of a regression on outlines: their numbers around the expected ones, the shares of
+/// road types times the payload among them.
 #[derive(Clone, Debug)]
 pub(super) struct Terms {
     /// A number, or two of them multiplied.

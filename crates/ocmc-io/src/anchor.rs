@@ -26,7 +26,8 @@ impl Anchor {
     }
 }
 
-/// The figures, diesel before electric (`docs/src/outside-consumption.md` says what follows from them).
+/// The figures, diesel before electric (`docs/src/outside-consumption.md` says what follows from
+/// them).
 pub const ANCHORS: [Anchor; 15] = [
     Anchor {
         what: "VECTO 3, generic tractor of 2016",

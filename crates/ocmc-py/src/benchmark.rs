@@ -45,8 +45,8 @@ use std::path::PathBuf;
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc benchmark --json``: ``ratio``, ``levels`` with the ``members`` of those
-///     that differ beyond chance, ``adjusted_for``, ``compared``, ``far`` and others.
+///     The content of ``ocmc benchmark --json``: ``ratio``, ``levels`` with the ``members`` of
+///     those that differ beyond chance, ``adjusted_for``, ``compared``, ``far`` and others.
 ///
 /// Raises
 /// ------

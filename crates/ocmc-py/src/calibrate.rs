@@ -35,8 +35,8 @@ use std::collections::BTreeMap;
 /// radius_range_m : tuple of float
 ///     Smallest and largest radius that take part, in m.
 /// least_lateral_mps2 : float
-///     Only curves with at least this lateral acceleration, speed squared over radius, take part, in
-///     m/s².
+///     Only curves with at least this lateral acceleration, speed squared over radius, take part,
+///     in m/s².
 /// progress : bool or callable, optional
 ///     Whether to show a bar; by default where standard error is a terminal.
 ///

@@ -43,7 +43,8 @@ use std::collections::BTreeMap;
 ///     Take only curves that were driven freely. That is without another curve, a standstill or the
 ///     end of the log within this way, in m, and without a slower speed near them.
 /// least_lateral_mps2 : float
-///     Take only curves with at least this lateral acceleration, speed squared over radius, in m/s².
+///     Take only curves with at least this lateral acceleration, speed squared over radius, in
+///     m/s².
 /// fixed_exponent : float
 ///     Exponent of the second model, and the one that is tested.
 /// significance : float
@@ -337,18 +338,18 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 /// Parameters
 /// ----------
 /// records : table, str or os.PathLike
-///     One row a trip: ``truck_id`` (or ``truck``, ``vehicle_id``), and where known ``driver_id`` (or
-///     ``driver``) and ``outcome``. Any table that speaks Arrow, a dictionary of columns, a file, or
-///     the directory of a run.
+///     One row a trip: ``truck_id`` (or ``truck``, ``vehicle_id``), and where known ``driver_id``
+///     (or ``driver``) and ``outcome``. Any table that speaks Arrow, a dictionary of columns, a
+///     file, or the directory of a run.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"truck": "plate"}``.
 /// column : str, optional
 ///     The column that is compared; by default ``consumption_l_per_100km``, or where no trip has
 ///     one, ``consumption_kwh_per_km``.
 /// weight : str, optional
-///     The column that says how much a trip counts, such as ``distance_m``: the variance of a trip is
-///     inverse to it. ``"none"``: each counts once; by default the distance, where it is there and
-///     the column is an amount over the distance.
+///     The column that says how much a trip counts, such as ``distance_m``: the variance of a trip
+///     is inverse to it. ``"none"``: each counts once; by default the distance, where it is there
+///     and the column is an amount over the distance.
 /// own_drivers : bool
 ///     Drivers are numbered within each truck.
 /// month : bool
@@ -382,8 +383,8 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 ///
 /// Notes
 /// -----
-/// y = mean + truck + driver + trip, by restricted maximum likelihood: Bates, Mächler, Bolker, Walker
-/// (2015).
+/// y = mean + truck + driver + trip, by restricted maximum likelihood: Bates, Mächler, Bolker,
+/// Walker (2015).
 ///
 /// Examples
 /// --------

@@ -121,9 +121,9 @@ fn mapping(table: &Bound<PyAny>, argument: &str) -> PyResult<(Vec<String>, Vec<A
     Ok((names, columns))
 }
 
-/// A column of a mapping: times of whatever speaks Arrow as they are, with their zone, numbers where
-/// numpy sees numbers, otherwise texts, and dates as texts. None where it is no column. A copy, since
-/// Python may write into an array at any time.
+/// A column of a mapping: times of whatever speaks Arrow as they are, with their zone, numbers
+/// where numpy sees numbers, otherwise texts, and dates as texts. None where it is no column. A
+/// copy, since Python may write into an array at any time.
 fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
     if let Some(times) = times(column) {
         return Some(times);

@@ -15,8 +15,8 @@ use std::path::PathBuf;
 /// Parameters
 /// ----------
 /// folder : str or os.PathLike
-///     Folder with tables of trips or fills, logs and tracks, tables of weather, traffic, curves and
-///     speed changes; what each file is, its columns say.
+///     Folder with tables of trips or fills, logs and tracks, tables of weather, traffic, curves
+///     and speed changes; what each file is, its columns say.
 /// base : str
 ///     Name of a built-in study, or a study file, that keeps what is not learnt.
 /// name : str

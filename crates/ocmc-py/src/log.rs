@@ -191,8 +191,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     The content of ``ocmc identify --json``: ``fits`` with ``driver``, ``event``, ``kp`` (s/m),
 ///     ``ki`` (1/m), ``kd`` (s²/m),
 ///     ``set_speed_mps``, ``at_bound``, ``not_identifiable``, ``no_intervals`` (why there are none:
-///     residuals that are not the noise of sensors), ``warnings`` and others; ``trucks`` (the mass by all
-///     events of a log); ``population``, of three drivers or more; ``left_out``, and
+///     residuals that are not the noise of sensors), ``warnings`` and others; ``trucks`` (the mass
+///     by all events of a log); ``population``, of three drivers or more; ``left_out``, and
 ///     ``notes`` on rows that are not used.
 ///
 /// Raises

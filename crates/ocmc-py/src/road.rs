@@ -68,9 +68,9 @@ fn trips_of(
 /// Returns
 /// -------
 /// Answer
-///     ``roads``, one for each piece of a drive, with ``name``, ``length_m``, ``curves``, ``stops``,
-///     ``climb_m``, ``limit_source`` and ``tracks``: written as JSON, each of them is a file that
-///     `Study.drive` takes. ``left_out`` counts drives that gave none.
+///     ``roads``, one for each piece of a drive, with ``name``, ``length_m``, ``curves``,
+///     ``stops``, ``climb_m``, ``limit_source`` and ``tracks``: written as JSON, each of them is a
+///     file that `Study.drive` takes. ``left_out`` counts drives that gave none.
 ///
 /// Raises
 /// ------

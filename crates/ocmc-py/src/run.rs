@@ -108,8 +108,8 @@ pub(crate) fn run(
 /// Most cycles that are driven where nothing is said of their number.
 const MOST_UNSAID: u64 = 1_000_000;
 
-/// Drives what `Study.run` is asked for: cycles, trucks, trips of each, seed, first cycle and threads;
-/// where to, whether that is resumed, and in which format.
+/// Drives what `Study.run` is asked for: cycles, trucks, trips of each, seed, first cycle and
+/// threads; where to, whether that is resumed, and in which format.
 pub(crate) fn asked(
     py: Python,
     study: &LoadedStudy,
@@ -202,7 +202,8 @@ pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     Ok(PyRun { answer, records: table_of(batches, schema), routes: Vec::new() })
 }
 
-/// Merge the parts of one run, from many machines, into the run that one machine would have written.
+/// Merge the parts of one run, from many machines, into the run that one machine would have
+/// written.
 ///
 /// Parameters
 /// ----------
@@ -331,14 +332,15 @@ impl PyRun {
     /// Load curves as one table: a row for each kind of chargers and quarter of an hour of the day,
     /// as ``loads.parquet`` has them.
     ///
-    /// Mean, median and 95 % quantile of the power are over the days of the fleet's calendar; without
-    /// one all trips of the run lie in one year. None where no trip was charged by a policy.
+    /// Mean, median and 95 % quantile of the power are over the days of the fleet's calendar;
+    /// without one all trips of the run lie in one year. None where no trip was charged by a
+    /// policy.
     ///
     /// Returns
     /// -------
     /// Table or None
-    ///     ``place`` (``depot``, ``public``, ``stop``), ``quarter_hour`` (from 0 at midnight), powers in W
-    ///     at the meter, and ``days``.
+    ///     ``place`` (``depot``, ``public``, ``stop``), ``quarter_hour`` (from 0 at midnight),
+    ///     powers in W at the meter, and ``days``.
     ///
     /// Examples
     /// --------
@@ -354,8 +356,9 @@ impl PyRun {
 
     /// Each charging of each trip as one table, as ``chargings.parquet`` has them.
     ///
-    /// Times are in s after the departure, but for ``begin_s_of_year``; energies are in J, of the store
-    /// (``charged_energy_j``) and of the meter (``grid_energy_j``), the highest power at the meter in W.
+    /// Times are in s after the departure, but for ``begin_s_of_year``; energies are in J, of the
+    /// store (``charged_energy_j``) and of the meter (``grid_energy_j``), the highest power at the
+    /// meter in W.
     ///
     /// Returns
     /// -------
@@ -447,8 +450,8 @@ impl PyRun {
         })
     }
 
-    /// Write a workbook for spreadsheets (XLSX), as ``ocmc report --xlsx`` does. An existing file is
-    /// replaced.
+    /// Write a workbook for spreadsheets (XLSX), as ``ocmc report --xlsx`` does. An existing file
+    /// is replaced.
     ///
     /// The sheets are the answer, the quantities by route where there are several, the trucks where
     /// trips belong to trucks, the records with a row for each cycle, and the study. Numbers are

@@ -105,8 +105,8 @@ impl AskedStudy {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AskPlan {
-    /// Number of cycles, of `sensitivity` of rows of the design; 1000 by default, or as many as `ocmc`
-    /// takes of a study whose trucks make several trips.
+    /// Number of cycles, of `sensitivity` of rows of the design; 1000 by default, or as many as
+    /// `ocmc` takes of a study whose trucks make several trips.
     #[schemars(range(min = 1))]
     pub cycles: Option<u64>,
     /// Master seed.

@@ -240,7 +240,8 @@ impl Asked {
         (columns, width..end)
     }
 
-    /// A column a route but for the first; none where most rows name none, or too many for the rows.
+    /// A column a route but for the first; none where most rows name none, or too many for the
+    /// rows.
     fn routes(&self, others: usize) -> Vec<Vec<f64>> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for row in &self.rows {

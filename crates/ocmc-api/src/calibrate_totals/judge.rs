@@ -1,5 +1,5 @@
-//! Checks of a table of totals against the study that it is compared with. Some errors of tables look
-//! like a fleet of its own; they are named where a figure gives them away.
+//! Checks of a table of totals against the study that it is compared with. Some errors of tables
+//! look like a fleet of its own; they are named where a figure gives them away.
 
 use crate::totals_rows::Rows;
 use ocmc_estimation::calibration::totals::{Posterior, Response};
@@ -7,17 +7,18 @@ use ocmc_io::intake::Finding;
 use ocmc_io::number_text::{percent, rounded};
 use ocmc_io::trip_totals::{Amount, TripTotals};
 
-/// Largest squared length of the scores, and largest score, of a fleet that is like the study: of 20
-/// numbers one fleet in two has more than 20 by the prior alone where all are known, and hardly any does
-/// where the data move a few of them (tried on 40 invented fleets: loads as gross weights came to 40).
+/// Largest squared length of the scores, and largest score, of a fleet that is like the study: of
+/// 20 numbers one fleet in two has more than 20 by the prior alone where all are known, and hardly
+/// any does where the data move a few of them (tried on 40 invented fleets: loads as gross weights
+/// came to 40).
 const MOST_SQUARE: f64 = 20.0;
 const MOST_SCORE: f64 = 3.0;
-/// Part of the empty truck's mass below which a gross weight is none, be the scales 5 % and the mass 8 %
-/// off, and share of such rows.
+/// Part of the empty truck's mass below which a gross weight is none, be the scales 5 % and the
+/// mass 8 % off, and share of such rows.
 const EMPTY: f64 = 0.8;
 const MOST_BELOW: f64 = 0.03;
-/// Consumption over that of the study with the same loads, outside which a unit may be another one: a
-/// kilogram of diesel is 1.2 L.
+/// Consumption over that of the study with the same loads, outside which a unit may be another one:
+/// a kilogram of diesel is 1.2 L.
 const LEVELS: [f64; 2] = [0.89, 1.16];
 /// Residual, in SDs, of a row that is far from all others.
 const FAR: f64 = 4.0;
@@ -92,7 +93,8 @@ fn level(Judged { table, level: [mean, expected], unit, .. }: &Judged) -> Option
     outside.then(|| Finding::warned("unusual-level", [ratio, bound], text, remedy))
 }
 
-/// Breaks inside of driving times: some trips that are far too slow, or speeds as breaks leave them.
+/// Breaks inside of driving times: some trips that are far too slow, or speeds as breaks leave
+/// them.
 fn slow(Judged { rows, posterior, breaks, .. }: &Judged) -> Option<Finding> {
     let place = rows.responses.iter().position(|response| *response == Response::Speed)?;
     let below = posterior.residuals.iter().filter(|r| r[place] < SLOW).count();

@@ -1,5 +1,5 @@
-//! A study learnt from the files of a fleet: what can be fitted is fitted, the rest is calibrated to
-//! the totals of its trips, and what nothing tells stays as it was.
+//! A study learnt from the files of a fleet: what can be fitted is fitted, the rest is calibrated
+//! to the totals of its trips, and what nothing tells stays as it was.
 
 mod doubted;
 mod fitted;
@@ -112,8 +112,8 @@ pub struct LearnAnswer {
 /// ```
 ///
 /// # Errors
-/// [`Error::SmallShare`] where a share is out of its range, [`Error::File`] where the folder cannot be
-/// read, [`Error::NothingToLearn`] where nothing in it tells anything, [`Error::Interrupted`].
+/// [`Error::SmallShare`] where a share is out of its range, [`Error::File`] where the folder cannot
+/// be read, [`Error::NothingToLearn`] where nothing in it tells anything, [`Error::Interrupted`].
 pub fn learn(request: &LearnRequest, watch: &mut Watch) -> Result<LearnAnswer, Error> {
     request.noise.check()?;
     if !(0.0..=0.5).contains(&request.hold_back) {

@@ -47,8 +47,8 @@ pub struct MixedFleetRequest<'a> {
     pub threads: Option<usize>,
     /// Instructions to use.
     pub level: CpuLevel,
-    /// Directory in which each group has its run, and the whole its answer and page; and the format of
-    /// the records.
+    /// Directory in which each group has its run, and the whole its answer and page; and the format
+    /// of the records.
     pub out: Option<(PathBuf, RecordFormat)>,
     /// Whether runs of groups that are there are finished.
     pub resume: bool,

@@ -16,7 +16,8 @@ use std::path::Path;
 const SHARED: &str = "WTW CO2e";
 
 impl MixedFleetAnswer {
-    /// Writes the answer and its page, one HTML file that opens offline, beside the runs of the groups.
+    /// Writes the answer and its page, one HTML file that opens offline, beside the runs of the
+    /// groups.
     pub(super) fn save(&self, directory: &Path) -> Result<(), Error> {
         for (name, text) in [(FLEET, self.to_indented_json()), (REPORT, self.page())] {
             let path = directory.join(name);

@@ -221,8 +221,8 @@ enum Stop {
     Unwritten(RunDirectoryError),
 }
 
-/// Drives a run, unless its records are known: all of it, or what is left of it, where `fleet` holds
-/// what was driven before.
+/// Drives a run, unless its records are known: all of it, or what is left of it, where `fleet`
+/// holds what was driven before.
 fn drive(
     study: &Study,
     given: &GivenDrive,

@@ -32,8 +32,8 @@ impl SweepPoints {
     }
 
     /// The grid of the values of some keys, each combination a point: the last key goes through all
-    /// of its values before the one in front of it takes its next. A key with one value is no part of
-    /// it: its setting stands in front, for the study itself and so for all points.
+    /// of its values before the one in front of it takes its next. A key with one value is no part
+    /// of it: its setting stands in front, for the study itself and so for all points.
     ///
     /// ```
     /// use ocmc_api::SweepPoints;

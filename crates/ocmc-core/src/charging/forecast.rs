@@ -1,9 +1,10 @@
 //! Forecast by drivers of the way to a charger, before they have driven it.
 //!
 //! E = (1 + margin) e d + m g Δh + W, e = (E₀ L + e₀ L₀) / (L + L₀): what the trip has taken on L
-//! metres without its own climb and without the work of the body, E₀, and what he counts with before
-//! he has driven, e₀; L₀ = 20 km. A climb takes its potential energy, and a descent gives it back:
-//! what is lost meanwhile is in e. W is what the body of the truck takes at stops of the mission.
+//! metres without its own climb and without the work of the body, E₀, and what he counts with
+//! before he has driven, e₀; L₀ = 20 km. A climb takes its potential energy, and a descent gives it
+//! back: what is lost meanwhile is in e. W is what the body of the truck takes at stops of the
+//! mission.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

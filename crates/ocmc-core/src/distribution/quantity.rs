@@ -64,8 +64,8 @@ impl Quantity {
         if spread { self.sample_once(streams, stream, draws) } else { self.centre() }
     }
 
-    /// Mean of the draws, those above `most` counted as `most`: closed form, or midpoint rule over the
-    /// quantiles. None of laws of trucks, and of a gamma or beta law that is cut.
+    /// Mean of the draws, those above `most` counted as `most`: closed form, or midpoint rule over
+    /// the quantiles. None of laws of trucks, and of a gamma or beta law that is cut.
     ///
     /// ```
     /// use ocmc_core::distribution::Quantity;

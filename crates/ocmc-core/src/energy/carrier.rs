@@ -1,10 +1,10 @@
 //! Energy carriers: what trucks store and somebody pays for.
 //!
-//! [`CARRIERS`] declares each carrier once: the term of the ledger that counts it, its columns in the
-//! records, its units and words, the key of its price and the heating values that it can have.
-//! Records, breakdowns, quantities of a fleet, sums over trucks, costs, emissions, tables and pictures
-//! follow from the declaration; none of them names a carrier. A truck may store several: each has its
-//! own consumption, and all together have one in kWh.
+//! [`CARRIERS`] declares each carrier once: the term of the ledger that counts it, its columns in
+//! the records, its units and words, the key of its price and the heating values that it can have.
+//! Records, breakdowns, quantities of a fleet, sums over trucks, costs, emissions, tables and
+//! pictures follow from the declaration; none of them names a carrier. A truck may store several:
+//! each has its own consumption, and all together have one in kWh.
 
 use super::ledger::Term;
 use schemars::JsonSchema;
@@ -48,7 +48,8 @@ pub struct Declaration {
     pub term: Term,
     /// Amount of a cycle.
     pub amount: Named,
-    /// Unit of the amount, and that in which people read the amount of a trip, with the factor to it.
+    /// Unit of the amount, and that in which people read the amount of a trip, with the factor to
+    /// it.
     pub units: (&'static str, &'static str, f64),
     /// Amount over distance.
     pub consumption: Named,

@@ -104,8 +104,8 @@ pub struct Route {
 }
 
 impl Route {
-    /// Stretches of one sign and one road type that are both known: their length, in m, the sign's speed, in m/s, and
-    /// the number of the type.
+    /// Stretches of one sign and one road type that are both known: their length, in m, the sign's
+    /// speed, in m/s, and the number of the type.
     pub(super) fn signed_stretches(&self) -> impl Iterator<Item = (f64, f64, usize)> {
         let ends_m = self.signs.iter().skip(1).map(|sign| sign.start_m);
         let ends_m = ends_m.chain(self.sections.last().map(|section| section.end_m));

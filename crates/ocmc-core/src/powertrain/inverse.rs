@@ -79,8 +79,8 @@ pub struct StepCost {
     pub energy_j: f64,
     /// Force of the driveline at the wheels, in N.
     pub wheel_n: f64,
-    /// Kinetic energy of a shaft that can turn apart from the wheels at its start, in J: what it had
-    /// less before brings an engine to the speed of a new gear.
+    /// Kinetic energy of a shaft that can turn apart from the wheels at its start, in J: what it
+    /// had less before brings an engine to the speed of a new gear.
     pub shaft_start_j: f64,
     /// The same at its end, in J.
     pub shaft_end_j: f64,

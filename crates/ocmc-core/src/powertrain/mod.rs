@@ -92,7 +92,8 @@ impl PowertrainKind {
         }
     }
 
-    /// The most that a body gets at a stop beside auxiliaries, in W; none where the battery gives it.
+    /// The most that a body gets at a stop beside auxiliaries, in W; none where the battery gives
+    /// it.
     pub fn power_take_off_w(&self, auxiliary_power_w: f64) -> Option<f64> {
         match self {
             Self::Combustion(powertrain) => Some(powertrain.power_take_off_w(auxiliary_power_w)),
@@ -402,8 +403,8 @@ pub trait Powertrain {
         ledger: &mut Ledger<f64>,
     );
 
-    /// Stands for some time, in s, while the body of the truck takes a power, in W. Returns the work
-    /// that the body gets, in J.
+    /// Stands for some time, in s, while the body of the truck takes a power, in W. Returns the
+    /// work that the body gets, in J.
     fn stand_working<S: Simd>(
         &self,
         state: &mut Self::State<S>,

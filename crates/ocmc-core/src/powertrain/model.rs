@@ -110,8 +110,8 @@ impl PowertrainModel {
         matches!(self, Self::BatteryElectric(_))
     }
 
-    /// The most that its stores give, in J, down to a reserve of the charge; none of stores that are not
-    /// told.
+    /// The most that its stores give, in J, down to a reserve of the charge; none of stores that
+    /// are not told.
     pub fn usable_j(&self, reserve: f64) -> Option<f64> {
         match self {
             Self::Combustion(_) => None,
@@ -138,8 +138,8 @@ impl PowertrainModel {
         }
     }
 
-    /// Rated power of what drives the wheels, in W: the engine's largest at its points of full load,
-    /// or the motor's.
+    /// Rated power of what drives the wheels, in W: the engine's largest at its points of full
+    /// load, or the motor's.
     pub fn rated_power_w(&self) -> f64 {
         match self {
             Self::Combustion(model) => model.engine.peak_power_w(),
@@ -168,8 +168,8 @@ impl PowertrainModel {
         (factor.map_or(1.0, draw), charge)
     }
 
-    /// The powertrain over wheels of a radius, in m, with an engine brake, in Nm s; its gears, and when
-    /// they are shifted.
+    /// The powertrain over wheels of a radius, in m, with an engine brake, in Nm s; its gears, and
+    /// when they are shifted.
     pub fn prepare(
         &self,
         radius_m: f64,

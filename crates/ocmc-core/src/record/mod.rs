@@ -240,13 +240,13 @@ pub struct Record {
     /// Greenhouse gases from the well to the wheel over distance and tonne of payload, in g/tkm of
     /// CO2 equivalents; null for an empty truck, else as `well_to_wheel_g_per_km`.
     pub well_to_wheel_g_per_tkm: Option<f64>,
-    /// Energy of the auxiliaries that heated and cooled the battery, in J; null where its temperature
-    /// is not looked at.
+    /// Energy of the auxiliaries that heated and cooled the battery, in J; null where its
+    /// temperature is not looked at.
     pub battery_conditioning_energy_j: Option<f64>,
     /// Temperature of the battery at the end, in K.
     pub final_battery_temperature_k: Option<f64>,
-    /// Lowest state of charge with which the truck came to a charger on the way or to the end of its
-    /// trip; null as `charged_energy_public_j`.
+    /// Lowest state of charge with which the truck came to a charger on the way or to the end of
+    /// its trip; null as `charged_energy_public_j`.
     pub lowest_charge: Option<f64>,
     /// Mean payload along the driven way, in kg: that at departure where no stop changes it.
     pub mean_payload_kg: f64,
@@ -259,8 +259,8 @@ pub struct Record {
     /// Its route, from 0 in the order in which a study or a command names them; null where the road
     /// is drawn.
     pub route_id: Option<u32>,
-    /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger that
-    /// have a column of their own.
+    /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger
+    /// that have a column of their own.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
     /// Amounts that road types and event kinds took, in columns that the study names.
@@ -338,8 +338,8 @@ impl Record {
         self.own_columns[OF_CARRIERS - 1]
     }
 
-    /// Energy from the stores over distance, in kWh/km: from all where the truck stores several carriers,
-    /// else from the battery.
+    /// Energy from the stores over distance, in kWh/km: from all where the truck stores several
+    /// carriers, else from the battery.
     pub fn drawn_kwh_per_km(&self) -> Option<f64> {
         self.all_kwh_per_km().or(self.consumption(Carrier::Electricity))
     }
@@ -357,8 +357,8 @@ impl Record {
         CARRIERS.iter().filter(|declared| self.amount(declared.carrier).is_some())
     }
 
-    /// Notes what the cycle took of a carrier: `amount` in the unit of its column, `sold` in the unit
-    /// in which it is sold.
+    /// Notes what the cycle took of a carrier: `amount` in the unit of its column, `sold` in the
+    /// unit in which it is sold.
     pub fn take(&mut self, carrier: Carrier, amount: f64, sold: f64, mode: Mode) {
         let consumption = self.per_distance(sold, mode).map(carrier.declaration().per_m);
         let per_tonne = self.per_tonne(consumption);

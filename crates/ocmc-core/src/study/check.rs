@@ -70,7 +70,8 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     problems.into_found()
 }
 
-/// Payloads that are given as numbers are legal, and the engine has the power that a body is to take.
+/// Payloads that are given as numbers are legal, and the engine has the power that a body is to
+/// take.
 fn loads_within(model: &StudyModel, problems: &mut Problems) {
     let StudyModel { mission, vehicle, .. } = model;
     let most_kg = vehicle.most_payload_kg();

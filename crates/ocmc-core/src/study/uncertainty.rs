@@ -307,7 +307,8 @@ impl<'a> Share<'a> {
     }
 }
 
-/// The list or table of shares to one of which a path leads, and how many there are; none elsewhere.
+/// The list or table of shares to one of which a path leads, and how many there are; none
+/// elsewhere.
 pub fn shares_around<'a>(study: &Value, key: &'a str) -> Option<(&'a str, usize)> {
     let share = Share::of(key)?;
     let count = share.number_in(study);

@@ -238,7 +238,8 @@ impl MeasuredCurves {
     /// Measured curves of some drivers.
     ///
     /// # Errors
-    /// [`CalibrationError::Measured`] where the curves have no fit, [`CalibrationError::OneDriver`].
+    /// [`CalibrationError::Measured`] where the curves have no fit,
+    /// [`CalibrationError::OneDriver`].
     pub fn of_curves(
         table: &CurveTable,
         options: &CurveSpeedOptions,

@@ -9,8 +9,8 @@
 //! the step towards a delay is above zero by 1.96 standard errors, or where half a second of it
 //! cannot be excluded (1.645 standard errors) [EJ]. Rows in which a pedal rests at a stop in log
 //! and simulation tell nothing and are left out. A score is taken of what is not estimated, and not
-//! of a switched driver, whose residuals jump. Three times the noise is no misfit but a fit that has
-//! failed: where a step from there leads says nothing of delay or mass, and is not said [EJ].
+//! of a switched driver, whose residuals jump. Three times the noise is no misfit but a fit that
+//! has failed: where a step from there leads says nothing of delay or mass, and is not said [EJ].
 //!
 //! C. R. Rao, "Large sample tests of statistical hypotheses concerning several parameters with
 //! applications to problems of estimation", Mathematical Proceedings of the Cambridge Philosophical

@@ -8,8 +8,8 @@
 //! measured: either pulls the gains, the simulated speed since the term is not zero at the truth,
 //! the measured one by the set speed, which is estimated, too. Both can be chosen; none is the
 //! default, and each pedal counts in units of its sensor's noise. Integral part and speed at the
-//! start are estimated, too, and so are the driver's delay, the truck's mass and its resistance: each
-//! counts as one more measurement, of what the study says, with its spread (`truck_prior.rs`).
+//! start are estimated, too, and so are the driver's delay, the truck's mass and its resistance:
+//! each counts as one more measurement, of what the study says, with its spread (`truck_prior.rs`).
 //!
 //! How the best fit is looked for is told in `search.rs`: K_D is at least 0 until the fit has
 //! passed its tests, and then free, for a bound at 0 would make the mean of small ones too large.

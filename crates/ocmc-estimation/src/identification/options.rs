@@ -95,8 +95,8 @@ pub struct IdentifyOptions {
     pub proportional: [f64; 2],
     /// Bounds of K_I, in 1/m.
     pub integral: [f64; 2],
-    /// Bounds of K_D, in s²/m. A lower bound of 0 is one of the gain: the estimate of a fit that has
-    /// passed its tests may fall below, for noise moves it to both sides.
+    /// Bounds of K_D, in s²/m. A lower bound of 0 is one of the gain: the estimate of a fit that
+    /// has passed its tests may fall below, for noise moves it to both sides.
     pub derivative: [f64; 2],
     /// Bounds of a switched driver's threshold, in m/s.
     pub threshold_mps: [f64; 2],

@@ -8,10 +8,11 @@
 //! sooner than the gearbox allows. The clutch opens for shifts alone: the truck does not roll with
 //! an open clutch otherwise.
 //!
-//! What a move takes is what the backward mode takes ([`ocmc_core::prescribed`]): air of the departure,
-//! without wind, a smooth road, the engine's torque without a lag. The driver's own speed and gears
-//! are driven by the same mode, and the two are compared. A joule that the engine could not give
-//! there, because he had a tail wind, is paid for with what a joule at the wheels took him.
+//! What a move takes is what the backward mode takes ([`ocmc_core::prescribed`]): air of the
+//! departure, without wind, a smooth road, the engine's torque without a lag. The driver's own
+//! speed and gears are driven by the same mode, and the two are compared. A joule that the engine
+//! could not give there, because he had a tail wind, is paid for with what a joule at the wheels
+//! took him.
 
 mod driven;
 mod fleet;

@@ -413,7 +413,8 @@ fn electricity_emits_what_its_meters_count_times_the_factors_of_the_study() {
         factors.fill(&mut record);
         record
     };
-    // 72 kWh of the battery over 50 km are 90 kWh of the meter, or 80 by the efficiency of the costs
+    // 72 kWh of the battery over 50 km are 90 kWh of the meter, or 80 by the efficiency of the
+    // costs
     for (factors, kwh) in [(&alone, 90.0), (&with_cost, 80.0)] {
         let found = filled(factors, &record);
         assert_within("grid", found.grid_co2_g_per_km.unwrap(), kwh * 200.0 / 50.0, 1e-12);

@@ -1,12 +1,12 @@
 //! Whether the points of a road are close enough for its curves.
 //!
-//! Two figures tell it, both as the consumption that hangs on them. Halves: the road of every second
-//! point, and of certain corners, has other curves than that of all where the points are too few;
-//! below the 45 m over which curvature is averaged, the error falls with the square of the spacing,
-//! and what remains is a third. Rounding: between points that are far apart a bend may be sharper,
-//! or as wide as the points allow ([`Rounding`]). The consumption is stood for by what is braked
-//! away ahead of curves, by an even speed-up and slow-down on a flat road, over the work against
-//! rolling and air.
+//! Two figures tell it, both as the consumption that hangs on them. Halves: the road of every
+//! second point, and of certain corners, has other curves than that of all where the points are too
+//! few; below the 45 m over which curvature is averaged, the error falls with the square of the
+//! spacing, and what remains is a third. Rounding: between points that are far apart a bend may be
+//! sharper, or as wide as the points allow ([`Rounding`]). The consumption is stood for by what is
+//! braked away ahead of curves, by an even speed-up and slow-down on a flat road, over the work
+//! against rolling and air.
 //!
 //! The bounds are those at which of 680 answers on random roads 3 are more than 2 % off without a
 //! warning, and of the 344 that are less than 0.5 % off 36 have one (`scripts/thinned_roads.py`).
@@ -34,8 +34,8 @@ const HIDING_M: f64 = 1200.0;
 pub(crate) const LONGEST_M: f64 = 5e6;
 /// Spacing below which no answer changes, in m.
 const DENSE_M: f64 = 8.0;
-/// Spacing where a road turns from which on its points tell no curve, in m (judgement: the curves of
-/// the studies' roads are 40 to 350 m long).
+/// Spacing where a road turns from which on its points tell no curve, in m (judgement: the curves
+/// of the studies' roads are 40 to 350 m long).
 const TELLING_M: f64 = 200.0;
 /// Length over which curvature is averaged, in m.
 const AVERAGED_M: f64 = 45.0;

@@ -74,8 +74,8 @@ pub fn is_possible(column: &str, value: f64) -> bool {
     range.is_none_or(|[low, high]| !(value < low || value > high))
 }
 
-/// Names trips that were left out because they cannot be, of `all` trips; where most of them are, the
-/// unit is refused.
+/// Names trips that were left out because they cannot be, of `all` trips; where most of them are,
+/// the unit is refused.
 pub fn impossible(column: &str, trips: &[(RowPlace, f64)], all: usize) -> Option<Finding> {
     let (place, value) = trips.first()?;
     let [low, high] = unit_of(column)?.possible;

@@ -1,5 +1,5 @@
-//! From log files to drives on a road: the way that was driven, the road that was driven on, and the
-//! energy that it took.
+//! From log files to drives on a road: the way that was driven, the road that was driven on, and
+//! the energy that it took.
 
 use super::curves::{Steering, TripError, tells_steering_only};
 use super::noise::without_noise;

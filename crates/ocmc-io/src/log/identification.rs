@@ -109,8 +109,8 @@ impl Identification {
         self.waiting.iter().map(Vec::len).sum()
     }
 
-    /// Answers them, those of a truck together; `done` counts them. Ends soon once `stop` is set, with
-    /// the answers so far.
+    /// Answers them, those of a truck together; `done` counts them. Ends soon once `stop` is set,
+    /// with the answers so far.
     pub fn identify(
         &mut self,
         study: &Study,

@@ -115,8 +115,8 @@ impl LoggedTrip {
         vec![finding]
     }
 
-    /// Makes the rate of the fuel from its counter, where that alone is there: the mean since the row
-    /// with the count before.
+    /// Makes the rate of the fuel from its counter, where that alone is there: the mean since the
+    /// row with the count before.
     fn count_fuel(&mut self) {
         let column = |quantity| self.column(quantity);
         let (Some(time_s), Some(count_kg), None) =
@@ -197,9 +197,9 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     read_in_parts(source, mappings, needs, usize::MAX, &mut |_| ())
 }
 
-/// As [`read`], of a log whose drives have labels and follow each other: drives that are complete are
-/// given away as a part of the file, without an account, as soon as there are `most_rows` rows. The
-/// rest of them is returned, with the account of all.
+/// As [`read`], of a log whose drives have labels and follow each other: drives that are complete
+/// are given away as a part of the file, without an account, as soon as there are `most_rows` rows.
+/// The rest of them is returned, with the account of all.
 ///
 /// # Errors
 /// As [`read`], and [`Fault::Mixed`] where a drive goes on that was given away.
@@ -395,7 +395,8 @@ impl Trips {
         given
     }
 
-    /// Place of the drive with these labels (truck, driver, drive, event), which has so many columns.
+    /// Place of the drive with these labels (truck, driver, drive, event), which has so many
+    /// columns.
     fn place(&mut self, labels: [&str; 4], columns: usize) -> usize {
         self.rows += 1;
         // labels hold for many rows

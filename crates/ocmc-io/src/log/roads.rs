@@ -23,13 +23,14 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Altitude that is taken out of a log without a word, in m: a receiver that scatters by some metres
-/// is steeper than a road now and then (judgement).
+/// Altitude that is taken out of a log without a word, in m: a receiver that scatters by some
+/// metres is steeper than a road now and then (judgement).
 const LEAST_JUMPS_M: f64 = 10.0;
 
-/// Most scatter of positions that alone tell how a vehicle turned, in m: errors of 3 m that fade over
-/// 30 s scatter by 0.4 m from row to row at 1 Hz, and a track of `field-truck` has 1.1 curves a km of
-/// them instead of 0.7 (`scripts/tracks_check.py`). A rounded seventh digit of a degree scatters by 3 mm, a sixth by 3 cm.
+/// Most scatter of positions that alone tell how a vehicle turned, in m: errors of 3 m that fade
+/// over 30 s scatter by 0.4 m from row to row at 1 Hz, and a track of `field-truck` has 1.1 curves
+/// a km of them instead of 0.7 (`scripts/tracks_check.py`). A rounded seventh digit of a degree
+/// scatters by 3 mm, a sixth by 3 cm.
 const MOST_TURNING_NOISE_M: f64 = 0.1;
 
 /// Most measured altitudes that are kept for a fit: of more, those of every second road, or fourth,
@@ -187,7 +188,8 @@ impl FoundRoads {
             match found(&drive, options, steering, turns) {
                 Ok(found) => {
                     self.has_objects |= found.coverage.events;
-                    // beside a road without objects the map was looked at, too, where it has them elsewhere
+                    // beside a road without objects the map was looked at, too, where it has them
+                    // elsewhere
                     let events = drive.words(Quantity::MapObject).is_some();
                     self.cover(Coverage { events, ..found.coverage });
                     self.notes.extend(notes(&place, &found.counts));
@@ -230,8 +232,8 @@ impl FoundRoads {
     fn keep(&mut self, road: LoggedRoad) {
         self.altitudes += road.altitudes.len();
         self.roads.push(LoggedRoad { way: DrivenWay::default(), ..road });
-        // laws of slopes are those of the measured altitudes: the averaged ones, every 5 m, tell how
-        // hilly the road is
+        // laws of slopes are those of the measured altitudes: the averaged ones, every 5 m, tell
+        // how hilly the road is
         if let Some(road) = self.roads.last_mut().filter(|road| road.altitudes.len() > 1) {
             let points = &road.cycle.altitude;
             let mut kept: Vec<(f64, f64)> = Vec::with_capacity(points.len() / 4 + 2);

@@ -107,8 +107,8 @@ pub enum EncodedGroup {
 }
 
 impl EncodedGroup {
-    /// Encodes at most [`GROUP_ROWS`] records, which come in parts. They have the columns of the first
-    /// one.
+    /// Encodes at most [`GROUP_ROWS`] records, which come in parts. They have the columns of the
+    /// first one.
     pub fn new<R: AsRef<[Record]>, E>(
         parts: impl IntoIterator<Item = Result<R, E>>,
         format: RecordFormat,
@@ -161,8 +161,8 @@ impl RecordWriter {
         Self { path: path.to_owned(), file: Groups::New(file) }
     }
 
-    /// Writes the next group. All but the last one have [`GROUP_ROWS`] rows; one without rows makes a
-    /// file without rows.
+    /// Writes the next group. All but the last one have [`GROUP_ROWS`] rows; one without rows makes
+    /// a file without rows.
     pub fn add(&mut self, group: EncodedGroup) -> Result<(), RecordsError> {
         Ok(self.file.write(group).map_err(FileError::write(&self.path))?)
     }

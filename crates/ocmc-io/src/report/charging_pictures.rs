@@ -1,5 +1,5 @@
-//! The pictures of charging: a range curve, the state of charge over the distance, load curves, and a
-//! waterfall, as SVG that takes its colours from the page.
+//! The pictures of charging: a range curve, the state of charge over the distance, load curves, and
+//! a waterfall, as SVG that takes its colours from the page.
 
 use super::panel::Panel;
 use super::svg::{self, begin, label, rounded_short};

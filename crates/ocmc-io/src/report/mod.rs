@@ -63,8 +63,8 @@ const STYLE: &str = include_str!("style.css");
 ///
 /// The rolling coefficient is not among them: a tyre's coefficient falls with its load, so that the
 /// column goes with the payload and would show the payload's effect once more. The factor that is
-/// sampled is not in the records; `ocmc sensitivity` has its share. Speed, stops and gear shifts are
-/// outcomes, as the consumption is.
+/// sampled is not in the records; `ocmc sensitivity` has its share. Speed, stops and gear shifts
+/// are outcomes, as the consumption is.
 const EXPLAINING: [(&str, &str, f64, bool); 14] = [
     ("payload_kg", "payload, t", 1e-3, false),
     ("climb_m", "climb, m", 1.0, true),

@@ -33,8 +33,8 @@ struct Series {
     charge: Vec<f64>,
 }
 
-/// The trip in the middle of a run by a quantity; nothing where it cannot be driven again as it was:
-/// on given roads or at a given speed, and by another version of the program.
+/// The trip in the middle of a run by a quantity; nothing where it cannot be driven again as it
+/// was: on given roads or at a given speed, and by another version of the program.
 pub(super) fn trip(run: &Reported, quantity: &RecordQuantity, repeat: &Repeat) -> String {
     let manifest = &run.manifest;
     let Some((cycle_id, value)) = run.gathered.middle(quantity, manifest.first_cycle) else {

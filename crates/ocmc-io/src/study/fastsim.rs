@@ -2,8 +2,8 @@
 //!
 //! Source: FASTSim 2 (NREL), `vehicle.rs` and the files of its `vehdb`: the mass is
 //! `veh_override_kg`, or else `veh_kg`, both with the cargo; the engine is a peak power and an
-//! efficiency over the share of it; the driveline is an efficiency. What it does not say is that of a
-//! built-in vehicle: engine speeds and the shape of full load, scaled to the peak power, gears by
+//! efficiency over the share of it; the driveline is an efficiency. What it does not say is that of
+//! a built-in vehicle: engine speeds and the shape of full load, scaled to the peak power, gears by
 //! the wheels' radius.
 
 use super::builtin::{VEHICLE, read as built_in};

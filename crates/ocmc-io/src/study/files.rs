@@ -13,8 +13,8 @@ use std::path::{Component, Path, PathBuf};
 pub enum Files {
     /// In this folder; vehicles of other programs by this reader.
     In(PathBuf, VehicleReader),
-    /// In this folder, and nowhere else: a name that leads out of it is refused, and vehicles of VECTO,
-    /// whose files name others, are none.
+    /// In this folder, and nowhere else: a name that leads out of it is refused, and vehicles of
+    /// VECTO, whose files name others, are none.
     Within(PathBuf),
     /// Nowhere: studies and vehicles are built in or written inline.
     Refused,
@@ -70,7 +70,8 @@ impl Files {
         !matches!(self, Self::Within(_))
     }
 
-    /// The vehicle of FASTSim or of another program, and the path, where a name is of a file of one.
+    /// The vehicle of FASTSim or of another program, and the path, where a name is of a file of
+    /// one.
     pub(super) fn foreign(&self, name: &str) -> Option<(Result<ForeignVehicle, String>, PathBuf)> {
         let path = self.path("vehicle.base", name).ok()?;
         let of_others = || match self {

@@ -73,8 +73,8 @@ impl FittedPart {
     }
 
     /// Adds the standard errors as `[uncertainty.NAME]`: those of the numbers that are among the
-    /// values, and that a study takes on either side. Of two shares whose sum is 1 the first one has it;
-    /// of more the errors go together, and none has one.
+    /// values, and that a study takes on either side. Of two shares whose sum is 1 the first one
+    /// has it; of more the errors go together, and none has one.
     #[must_use]
     pub fn with_errors(
         self,

@@ -332,8 +332,8 @@ impl<'a> Ahead<'a> {
         (0..BRAKING_PIECES).map(piece_m).sum()
     }
 
-    /// Way over which a lower speed is coasted for, in m: the energy that has to go, over a multiple
-    /// of the force of coasting.
+    /// Way over which a lower speed is coasted for, in m: the energy that has to go, over a
+    /// multiple of the force of coasting.
     fn coasting_m(&self, situation: &Situation, row: usize, end_mps: f64) -> f64 {
         let climb_m = self.altitude_m[row] - self.altitude_m(situation.way_m);
         let speeds_mps = [situation.speed_mps, end_mps];

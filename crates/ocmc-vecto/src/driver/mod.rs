@@ -5,9 +5,9 @@
 //! speed. VECTO 2.2's driver: first the mission becomes the nodes of a driver without limits but
 //! those of braking (`mission.rs`), then overspeed and look-ahead coasting change them
 //! (`coasting.rs`), then the truck drives along them, second by second, with acceleration, full
-//! load, gears and gaps (`drive.rs`, `gears.rs`), and seconds are repeated or left out so that places
-//! stay those of the mission. VECTO 3's decides each second from where the truck is (`ahead.rs`).
-//! Road forces, losses and curves are those of the core.
+//! load, gears and gaps (`drive.rs`, `gears.rs`), and seconds are repeated or left out so that
+//! places stay those of the mission. VECTO 3's decides each second from where the truck is
+//! (`ahead.rs`). Road forces, losses and curves are those of the core.
 //!
 //! What was found by reading VECTO, and what it reproduces, is in
 //! `docs/decisions/2026-11-23-how-vecto-computes.md`.

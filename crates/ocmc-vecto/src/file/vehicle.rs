@@ -117,9 +117,9 @@ const TRAILER_KG: f64 = 7500.0;
 /// Shares of the axles of a tractor with it on long haul [F: the same, segment table].
 const DECLARED_SHARES: [f64; 5] = [0.2, 0.25, 0.55 / 3.0, 0.55 / 3.0, 0.55 / 3.0];
 
-/// A rigid truck of the declaration mode on its missions without a trailer [F: VECTO 3, segment table
-/// and weights of bodies]: its axles, its mass in t up to which it holds, shares of the axles, and the
-/// mass of its body in kg.
+/// A rigid truck of the declaration mode on its missions without a trailer [F: VECTO 3, segment
+/// table and weights of bodies]: its axles, its mass in t up to which it holds, shares of the
+/// axles, and the mass of its body in kg.
 const DECLARED_RIGIDS: [(&str, f64, &[f64], f64); 7] = [
     ("4x2", 7.5, &[0.45, 0.55], 1600.0),
     ("4x2", 10.0, &[0.45, 0.55], 1600.0),
@@ -151,7 +151,8 @@ impl VehicleFile {
         Ok(vehicle)
     }
 
-    /// Whether it is one of the declaration mode; where it does not say so: without shares of axles.
+    /// Whether it is one of the declaration mode; where it does not say so: without shares of
+    /// axles.
     fn is_declared(&self) -> bool {
         let shares: f64 = self.axle_config.axles.iter().map(|axle| axle.weight_share).sum();
         self.saved_in_decl_mode.unwrap_or(shares == 0.0)

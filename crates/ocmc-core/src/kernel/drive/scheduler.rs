@@ -90,14 +90,14 @@ pub struct Driving<'a> {
 }
 
 impl Driving<'_> {
-    /// Drives the tasks that `next` gives: no lane waits for another. There are no records of cycles
-    /// that were given up.
+    /// Drives the tasks that `next` gives: no lane waits for another. There are no records of
+    /// cycles that were given up.
     pub fn each(self, next: Next, deliver: Deliver) {
         self.each_arriving(next, &mut |_| {}, deliver);
     }
 
-    /// As [`Self::each`]; `arrived` is called when a cycle has ended, before its whole trip is driven and
-    /// before there is a next one for its lane.
+    /// As [`Self::each`]; `arrived` is called when a cycle has ended, before its whole trip is
+    /// driven and before there is a next one for its lane.
     pub fn each_arriving(self, next: Next, arrived: Arrived, deliver: Deliver) {
         let task = FleetTask { driving: self, next, arrived, deliver };
         self.study.vehicle().powertrain.dispatch(task);

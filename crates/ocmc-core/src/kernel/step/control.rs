@@ -133,7 +133,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         Stance { forecast, rises, ramps, feeds, gathers, hold, held, look_ahead }
     }
 
-    /// The operational module at one stage; `rise`: accelerator that gives the driver's acceleration.
+    /// The operational module at one stage; `rise`: accelerator that gives the driver's
+    /// acceleration.
     #[inline(always)]
     pub(super) fn control(
         &self,

@@ -62,8 +62,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         Asked { pedal, mass, steady, rise }
     }
 
-    /// The accelerator that gives the driver's acceleration at a speed: at the end of a step, as the
-    /// power that it asks for grows with the speed.
+    /// The accelerator that gives the driver's acceleration at a speed: at the end of a step, as
+    /// the power that it asks for grows with the speed.
     #[inline(always)]
     pub(super) fn rising_pedal(
         &self,

@@ -37,8 +37,8 @@ pub struct KernelParameters<'a, P> {
     pub charging: Option<&'a ChargingPolicy>,
     /// Whether the powertrain has a temperature that matters.
     pub has_temperature: bool,
-    /// Square of the speed to which a truck coasts before a stop, in m²/s²: 0, or unbounded where it
-    /// does not.
+    /// Square of the speed to which a truck coasts before a stop, in m²/s²: 0, or unbounded where
+    /// it does not.
     pub stop_target: f64,
     /// Inertia of engine or motor, in kg m².
     pub engine_inertia_kgm2: f64,

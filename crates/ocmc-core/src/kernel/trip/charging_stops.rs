@@ -1,5 +1,5 @@
-//! Charging on one trip: what a place offers a truck that stands there, and what was charged. Where it
-//! stops its driver decides on his way ([`super::charging_decision`]).
+//! Charging on one trip: what a place offers a truck that stands there, and what was charged. Where
+//! it stops its driver decides on his way ([`super::charging_decision`]).
 
 use super::charging_site::Site;
 use super::stop_ahead::Standing;
@@ -91,8 +91,8 @@ impl Arrival {
     }
 }
 
-/// Energy that the meter counts in each quarter of an hour, in J, of a course that begins at a time of the
-/// clock, in s.
+/// Energy that the meter counts in each quarter of an hour, in J, of a course that begins at a time
+/// of the clock, in s.
 fn at_meter_j(course: &ChargeCourse, clock_s: f64, efficiency: f64) -> Vec<f64> {
     let at_plug_j = course.by_quarter_hour_j(clock_s);
     at_plug_j.iter().map(|energy_j| energy_j / efficiency).collect()

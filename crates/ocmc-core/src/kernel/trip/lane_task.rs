@@ -82,9 +82,9 @@ impl LaneTask {
         task
     }
 
-    /// Plans a scenario, in the buffers of a used task where there is one. The profile is needed for
-    /// the planning only: a scheduler lends the same one to all its tasks, so that it stays in the
-    /// CPU's cache.
+    /// Plans a scenario, in the buffers of a used task where there is one. The profile is needed
+    /// for the planning only: a scheduler lends the same one to all its tasks, so that it stays in
+    /// the CPU's cache.
     pub fn of(
         study: &Study,
         scenario: Scenario,

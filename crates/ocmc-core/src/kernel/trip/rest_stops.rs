@@ -1,5 +1,5 @@
-//! Rests on one trip: what the law's clock says while the truck is driven and stands. Where it stops
-//! for them its driver decides on his way ([`super::rest_decision`]).
+//! Rests on one trip: what the law's clock says while the truck is driven and stands. Where it
+//! stops for them its driver decides on his way ([`super::rest_decision`]).
 
 use super::stop_ahead::Standing;
 use crate::operating_cycle::road::Road;
@@ -79,8 +79,8 @@ impl RestStops {
         self.clock.left_s()
     }
 
-    /// Whether a driver has to rest at a place so far away, in s, because the one behind it is out of
-    /// reach of the limit; only where it is within reach after the rest.
+    /// Whether a driver has to rest at a place so far away, in s, because the one behind it is out
+    /// of reach of the limit; only where it is within reach after the rest.
     pub(super) fn has_to_rest_at(&self, way_s: f64, next_s: f64) -> bool {
         let mut then = self.clock;
         if then.left_s() <= way_s || then.left_s() >= way_s + next_s + HALTING_S {
@@ -91,8 +91,8 @@ impl RestStops {
         then.left_s() >= next_s + HALTING_S
     }
 
-    /// How long a truck that stands for some time has to stand, because the next place is out of reach
-    /// of the limit, in s; 0 where it is not. `is_due`: its driver has stopped for it.
+    /// How long a truck that stands for some time has to stand, because the next place is out of
+    /// reach of the limit, in s; 0 where it is not. `is_due`: its driver has stopped for it.
     pub(super) fn asked_s(&self, stands_s: f64, next_s: f64, is_due: bool) -> f64 {
         let clock = self.clock;
         let mut then = clock;

@@ -241,8 +241,8 @@ impl RoadSampler {
         &self.types
     }
 
-    /// Limit of the law on a road type, by its number, for the study's vehicles beside the signs, in
-    /// m/s; infinite where there is none.
+    /// Limit of the law on a road type, by its number, for the study's vehicles beside the signs,
+    /// in m/s; infinite where there is none.
     pub fn legal_mps(&self, road_type: usize) -> f64 {
         self.legal_mps[road_type]
     }

@@ -4,8 +4,8 @@
 //! seen of them (`speed_sign.rs`). A stretch of one sign has, under a type, the likelihood
 //! exp(-q L), q the rate at which the sign changes; a change of the sign has that of its rate where
 //! the type stays, and where it changes that of the type's end times the share of the new sign.
-//! Between signs a type may end, too, unseen: at places up to 250 m apart. A stretch of a type is at
-//! least as long as its shortest one.
+//! Between signs a type may end, too, unseen: at places up to 250 m apart. A stretch of a type is
+//! at least as long as its shortest one.
 //!
 //! The weights of all beginnings up to a place are summed forward, and types are drawn backward
 //! from the end of the road: draws from the exact law, but for the places between signs.

@@ -9,8 +9,8 @@
 //! power over what the road asks for, and with some acceleration left after the shift; no opposite
 //! shift for some time, no upshift just before the driver brakes (shift look-ahead); down when w <
 //! 88 + 20 a_p or when the pedal is down for 2 s and the truck slows below 136 rad/s; up when
-//! w > 219. Added here: both downshifts need a slowing truck, otherwise a truck that has just started
-//! in third gear shifts down while it accelerates through 84-108 rad/s.
+//! w > 219. Added here: both downshifts need a slowing truck, otherwise a truck that has just
+//! started in third gear shifts down while it accelerates through 84-108 rad/s.
 //!
 //! Checked: steady torque through axle, retarder and gearbox equals its closed form to 1e-6. In
 //! `tests/it/closed_loop.rs`: a truck of 40 t starts again on a climb of 6 %, in first gear, with a

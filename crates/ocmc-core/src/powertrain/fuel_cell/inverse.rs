@@ -1,5 +1,5 @@
-//! A fuel-cell powertrain in the backward mode: that of a battery-electric one, whose battery the cell
-//! feeds by the same rule.
+//! A fuel-cell powertrain in the backward mode: that of a battery-electric one, whose battery the
+//! cell feeds by the same rule.
 
 use super::FuelCellPowertrain;
 use crate::energy::ledger::{Ledger, Mode, Term};

@@ -19,8 +19,8 @@
 //! has curves.
 //!
 //! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The clustered errors take the
-//! curves of one driver as one observation (`cluster_robust.rs`): those of the paper take all curves
-//! as independent.
+//! curves of one driver as one observation (`cluster_robust.rs`): those of the paper take all
+//! curves as independent.
 
 mod curves;
 mod drivers;
@@ -56,8 +56,8 @@ pub struct CurveSpeedOptions {
     /// log, in m, and the truck must nowhere near have been slower than in them; none takes all
     /// curves.
     pub isolated_m: Option<f64>,
-    /// Curves with a smaller lateral acceleration v²/R are left out, in m/s²; 0 takes all. A detector
-    /// that works on lateral acceleration does not see them.
+    /// Curves with a smaller lateral acceleration v²/R are left out, in m/s²; 0 takes all. A
+    /// detector that works on lateral acceleration does not see them.
     pub least_lateral_mps2: f64,
     /// The exponent that `fixed` takes, and that is tested.
     pub fixed_exponent: f64,
@@ -308,9 +308,9 @@ fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
 
 impl CurveSpeedFit {
     /// The population of drivers as a study has it: that of the `censored` regression where it is
-    /// given, otherwise that of `estimated`, both with the spread between drivers by REML. What curves do
-    /// not determine (the guard's lateral acceleration, the uncertainty switch, the replicates,
-    /// with one driver the spread between drivers) stays as it is in `model`.
+    /// given, otherwise that of `estimated`, both with the spread between drivers by REML. What
+    /// curves do not determine (the guard's lateral acceleration, the uncertainty switch, the
+    /// replicates, with one driver the spread between drivers) stays as it is in `model`.
     pub fn population(
         &self,
         censored: Option<&CurveSpeedEstimate>,

@@ -1,5 +1,5 @@
-//! Slopes: their SD, and hill length by the share of steps at which the slope changes its sign, L_h =
-//! 2 L_s / share.
+//! Slopes: their SD, and hill length by the share of steps at which the slope changes its sign, L_h
+//! = 2 L_s / share.
 //!
 //! Slopes are those beside the road's mean slope, which takes a share d of their variance with it.
 //! Of an autoregression of coefficient a over the n steps of a road of one type it is

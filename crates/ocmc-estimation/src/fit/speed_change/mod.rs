@@ -64,9 +64,10 @@ pub struct SpeedChangeOptions {
 }
 
 impl Default for SpeedChangeOptions {
-    /// The thresholds are the paper's. So is the most that the window can be: 10 km/h at the paper's
-    /// 1.06 m/s² take 2.6 s, and the hardest of eight drivers with its σ of 0.16 takes 2.1 s. The
-    /// times around the sign are judgement: a heavy truck from 40 to 70 km/h takes half a minute.
+    /// The thresholds are the paper's. So is the most that the window can be: 10 km/h at the
+    /// paper's 1.06 m/s² take 2.6 s, and the hardest of eight drivers with its σ of 0.16 takes 2.1
+    /// s. The times around the sign are judgement: a heavy truck from 40 to 70 km/h takes half a
+    /// minute.
     fn default() -> Self {
         Self {
             window_s: 2.0,
@@ -238,8 +239,8 @@ impl SpeedChangeFit {
         }
     }
 
-    /// Standard errors of the laws of a population, each with its key and the number: half of a 95 %
-    /// interval over its quantile, of the logarithm where it is a median. The interval of a law
+    /// Standard errors of the laws of a population, each with its key and the number: half of a 95
+    /// % interval over its quantile, of the logarithm where it is a median. The interval of a law
     /// with the threshold in its likelihood is not known where drivers have no repetitions.
     pub fn errors_of(
         &self,

@@ -14,8 +14,9 @@
 //! humidity's also has the errors of the temperature's harmonics, from which its deviations are
 //! taken; those of the Weibull law and of directions follow from their functions of normal scores
 //! (`autocorrelated.rs`), √((1 − φ²)/n) is that of a correlation. What the fitted means took
-//! of a sum of squares is restored to the standard deviations. A variable that is nowhere recorded keeps the numbers of the base study, and so do temperature and humidity of records that
-//! lack a season, or day or night: harmonics of what was not seen are extrapolated.
+//! of a sum of squares is restored to the standard deviations. A variable that is nowhere recorded
+//! keeps the numbers of the base study, and so do temperature and humidity of records that lack a
+//! season, or day or night: harmonics of what was not seen are extrapolated.
 
 mod memory;
 mod wind;

@@ -1,6 +1,6 @@
-//! A stop plan, as a planner's spreadsheet has it: places in their order, how long a truck stands at
-//! each, what it loads and unloads there, and when it departs. Alone it is a route of which the places
-//! are known; on a track or another route it is the mission there.
+//! A stop plan, as a planner's spreadsheet has it: places in their order, how long a truck stands
+//! at each, what it loads and unloads there, and when it departs. Alone it is a route of which the
+//! places are known; on a track or another route it is the mission there.
 //!
 //! The first place is the start, the last one the end. Places closer than 50 m are one.
 
