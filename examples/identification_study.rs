@@ -346,7 +346,8 @@ fn main() {
         let (within, of) = coverage(&pairs, name);
         let (bias, error) = mean(&good);
         println!(
-            "| {name} | {bias:+.2} ± {error:.2} % | {:+.2} % | {:+.2} % | {within} of {of}: {:.1} % | {} |",
+            "| {name} | {bias:+.2} ± {error:.2} % | {:+.2} % | {:+.2} % | {within} of {of}: {:.1} \
+             % | {} |",
             median(&good),
             median(&all),
             100.0 * within as f64 / of as f64,

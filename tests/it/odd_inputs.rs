@@ -147,7 +147,8 @@ fn tried(
     }
     let all = count as f64;
     println!(
-        "{kind}: {all} tried, {refused} refused, {silent} wrong and silent, {alarms} of {rights} right ones warned of"
+        "{kind}: {all} tried, {refused} refused, {silent} wrong and silent, {alarms} of {rights} \
+         right ones warned of"
     );
     assert!(
         silent <= (most_silent * all).max(1.0),

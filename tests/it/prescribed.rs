@@ -259,7 +259,8 @@ fn the_petrol_car_burns_what_fastsim_says() {
         let (record, sum) = follow_study(&study, 1, 0, &given);
         let theirs = |key: &str| answer[key].as_f64().unwrap();
         println!(
-            "{cycle}: here {:.3} MJ at the wheels, {:.3} of fuel, {:.2} L/100 km; FASTSim {:.3} and {:.3}",
+            "{cycle}: here {:.3} MJ at the wheels, {:.3} of fuel, {:.2} L/100 km; FASTSim {:.3} \
+             and {:.3}",
             sum.ledger[Term::Wheel] / 1e6,
             sum.ledger[Term::FuelEnergy] / 1e6,
             record.consumption(Carrier::LiquidFuel).unwrap(),

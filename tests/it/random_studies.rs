@@ -100,8 +100,8 @@ fn settings(chance: &mut Chance) -> (&'static str, Vec<String>) {
         let trips = if chance.is(0.5) { 1 } else { 2 };
         sets.push(format!("fleet.trips_per_truck={}", if chance.is(0.5) { 4 } else { 8 }));
         sets.push(format!(
-            "fleet.calendar={{ operating_days_per_week = {}, trips_per_day = {trips}, departure_interval_s = {}, \
-             chain = {} }}",
+            "fleet.calendar={{ operating_days_per_week = {}, trips_per_day = {trips}, \
+             departure_interval_s = {}, chain = {} }}",
             if chance.is(0.5) { 5 } else { 7 },
             if trips == 1 { 0.0 } else { chance.size(60.0, 43_200.0) },
             has_depot && chance.is(0.7)

@@ -173,8 +173,8 @@ pub(crate) fn drives(
             n => format!("{first} and {} more", n - 1),
         };
         warn(&format!(
-            "{of}: no column of speed limits: those of the road are what the speed of the drive shows (the largest within 500 m, \
-             rounded up to 10 km/h), and no validation of it"
+            "{of}: no column of speed limits: those of the road are what the speed of the drive \
+             shows (the largest within 500 m, rounded up to 10 km/h), and no validation of it"
         ));
     }
     Ok(found)

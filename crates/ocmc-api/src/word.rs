@@ -82,7 +82,8 @@ pub const DRAWS: [Word<Draw>; 4] = [
 pub const FOLLOWS: [Word<Follow>; 2] = [
     (
         "driver",
-        "A driver of the study drives it: its speeds are limits along the road, its standstills are stops",
+        "A driver of the study drives it: its speeds are limits along the road, its standstills \
+         are stops",
         Driver,
     ),
     ("exact", "Without a driver: the exact backward force balance of the prescribed speed", Exact),

@@ -24,7 +24,8 @@ const MOST_CROSSED: u64 = 1_000_000;
 
 /// Options of an analysis that drives many cycles.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("out", |out| out.help("Directory for records, tables and a page; it has to be empty, and is made where it is not there")))]
+#[command(mut_arg("out", |out| out.help("Directory for records, tables and a page; it has to be \
+                                         empty, and is made where it is not there")))]
 struct AnalysisArguments {
     #[command(flatten)]
     range: RangeArguments,

@@ -26,7 +26,8 @@ pub(crate) enum Failure {
     Exists { path: PathBuf },
     /// A file of a run directory that leads elsewhere.
     #[error(
-        "`{}` is a symbolic link, and what it names is not ours: remove it, or say with {otherwise}",
+        "`{}` is a symbolic link, and what it names is not ours: remove it, or say with \
+         {otherwise}",
         path.display()
     )]
     Link { path: PathBuf, otherwise: &'static str },

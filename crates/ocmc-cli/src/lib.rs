@@ -154,7 +154,8 @@ fn command() -> clap::Command {
         groups.push('\n');
     }
     let template = format!(
-        "{{before-help}}{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}{{after-help}}"
+        "{{before-help}}{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n\
+         {{options}}{{after-help}}"
     );
     command.help_template(template)
 }

@@ -47,7 +47,8 @@ impl JsonSchema for FleetPart {
         let number = generator.subschema_for::<Option<f64>>();
         let word = generator.subschema_for::<String>();
         json_schema!({
-            "description": "What a part of the trips took: of each carrier the amount and the consumption",
+            "description": "What a part of the trips took: of each carrier the amount and the \
+                            consumption",
             "type": "object",
             "properties": { "by": word, "part": word },
             "required": ["by", "part", "distance_m", "duration_s", "wheel_energy_j"],

@@ -120,12 +120,14 @@ pub fn saturation(summary: &Summary) -> Option<String> {
     if !(limited_s > 0.0 || missing_j > ROUNDING_J * summary.cycles as f64) {
         return outside.map(|part| {
             format!(
-                "Beyond the points of the powertrain's maps: {part} was taken there,\nin {cycles} of {of} cycles."
+                "Beyond the points of the powertrain's maps: {part} was taken there,\n\
+                 in {cycles} of {of} cycles."
             )
         });
     }
     let mut text = format!(
-        "Saturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
+        "Saturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at \
+         the wheels",
         rounded(limited_s),
         rounded(missing_j / 3.6e6),
     );

@@ -70,8 +70,8 @@ use std::path::PathBuf;
         trips, study, *, columns=None, since=None, group=None, names=false, speed=true,
         cycles=3200, seed=None, threads=None, out=None, progress=None
     ),
-    text_signature = "(trips, study, *, columns=None, since=None, group=None, names=False, speed=True, \
-                      cycles=3200, seed=1, threads=None, out=None, progress=None)"
+    text_signature = "(trips, study, *, columns=None, since=None, group=None, names=False, \
+                      speed=True, cycles=3200, seed=1, threads=None, out=None, progress=None)"
 )]
 pub(crate) fn benchmark<'py>(
     py: Python<'py>,

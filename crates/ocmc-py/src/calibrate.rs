@@ -75,8 +75,9 @@ use std::collections::BTreeMap;
         curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048,
         radius_range_m=(20.0, 500.0), least_lateral_mps2=0.0, progress=None
     ),
-    text_signature = "(curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048, \
-                      radius_range_m=(20.0, 500.0), least_lateral_mps2=0.0, progress=None)"
+    text_signature = "(curves, study, *, columns=None, drivers=240, trips=1, seed=1, \
+                      least_residual_sd=0.048, radius_range_m=(20.0, 500.0), \
+                      least_lateral_mps2=0.0, progress=None)"
 )]
 pub(crate) fn calibrate_curve_speed<'py>(
     py: Python<'py>,

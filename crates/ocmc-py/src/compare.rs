@@ -67,8 +67,8 @@ use std::path::PathBuf;
     signature = (
         a, b, *, cycles, seed=None, first_cycle=None, column=None, out=None, format=None, names=None, threads=None, progress=None
     ),
-    text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, out=None, format=None, names=None, threads=None, \
-                      progress=None)"
+    text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, out=None, format=None, \
+                      names=None, threads=None, progress=None)"
 )]
 pub(crate) fn compare<'py>(
     py: Python<'py>,

@@ -405,7 +405,8 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
         differ=0.01, power=0.8, next_trips=None, best="lowest", draws=None, seed=None
     ),
     text_signature = "(records, *, columns=None, column=None, weight=None, own_drivers=False, \
-                      month=False, differ=0.01, power=0.8, next_trips=None, best='lowest', draws=4000, seed=1)"
+                      month=False, differ=0.01, power=0.8, next_trips=None, best='lowest', \
+                      draws=4000, seed=1)"
 )]
 pub(crate) fn fit_fleet<'py>(
     py: Python<'py>,

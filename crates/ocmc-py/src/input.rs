@@ -29,7 +29,8 @@ pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Source> {
         let (names, columns) = mapping(table, argument)?;
         (names, vec![columns])
     } else {
-        let allowed = "a path, a table that speaks Arrow (pandas, polars, pyarrow, duckdb) or a dictionary of columns";
+        let allowed = "a path, a table that speaks Arrow (pandas, polars, pyarrow, duckdb) or a \
+                       dictionary of columns";
         return Err(wrong_type(table, argument, allowed));
     };
     Ok(Source::Table(GivenTable::new(argument, names, pieces)))

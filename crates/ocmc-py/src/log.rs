@@ -237,8 +237,9 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
         logs, study, *, columns=None, controller="pid", speed_term="none", unknown=None, starts=None, kp=None,
         ki=None, kd=None, intervals=true, progress=None
     ),
-    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', unknown=None, starts=8, \
-                      kp=(0.01, 2.0), ki=(0.0001, 0.2), kd=(0.0, 2.0), intervals=True, progress=None)"
+    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', \
+                      unknown=None, starts=8, kp=(0.01, 2.0), ki=(0.0001, 0.2), kd=(0.0, 2.0), \
+                      intervals=True, progress=None)"
 )]
 pub(crate) fn identify<'py>(
     py: Python<'py>,

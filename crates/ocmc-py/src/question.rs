@@ -170,8 +170,9 @@ impl PyStudy {
             *, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None, precision=None,
             out=None, resume=false, format=None, progress=None
         ),
-        text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, threads=None, \
-                          precision=None, out=None, resume=False, format=None, progress=None)"
+        text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, \
+                          threads=None, precision=None, out=None, resume=False, format=None, \
+                          progress=None)"
     )]
     fn run(
         &self,
@@ -265,7 +266,8 @@ impl PyStudy {
         signature = (
             files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
         ),
-        text_signature = "($self, files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
+        text_signature = "($self, files, *, cycles, columns=None, keep=None, draw=None, \
+                          stop_plan=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
                           progress=None)"
     )]
     fn drive(
@@ -348,8 +350,9 @@ impl PyStudy {
             *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None, crossed=None,
             shapley=false, out=None, threads=None, progress=None
         ),
-        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, over='trip', \
-                          crossed=None, shapley=False, out=None, threads=None, progress=None)"
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, \
+                          over='trip', crossed=None, shapley=False, out=None, threads=None, \
+                          progress=None)"
     )]
     fn sensitivity<'py>(
         &self,
@@ -480,8 +483,8 @@ impl PyStudy {
             *, cycles, against=None, seed=None, first_cycle=None, column=None, out=None,
             threads=None, progress=None
         ),
-        text_signature = "($self, *, cycles, against=None, seed=1, first_cycle=0, column=None, out=None, \
-                          threads=None, progress=None)"
+        text_signature = "($self, *, cycles, against=None, seed=1, first_cycle=0, column=None, \
+                          out=None, threads=None, progress=None)"
     )]
     fn doubt<'py>(
         &self,
@@ -561,8 +564,8 @@ impl PyStudy {
             points, *, cycles, against="first", seed=None, first_cycle=None, column=None,
             threads=None, progress=None
         ),
-        text_signature = "($self, points, *, cycles, against='first', seed=1, first_cycle=0, column=None, \
-                          threads=None, progress=None)"
+        text_signature = "($self, points, *, cycles, against='first', seed=1, first_cycle=0, \
+                          column=None, threads=None, progress=None)"
     )]
     fn sweep<'py>(
         &self,
@@ -627,8 +630,8 @@ impl PyStudy {
     #[pyo3(
         signature = (trips, *, columns=None, amount_noise=0.03, weight_noise=0.05, seed=None,
                      threads=None, progress=None),
-        text_signature = "($self, trips, *, columns=None, amount_noise=0.03, weight_noise=0.05, seed=1, \
-                          threads=None, progress=None)"
+        text_signature = "($self, trips, *, columns=None, amount_noise=0.03, weight_noise=0.05, \
+                          seed=1, threads=None, progress=None)"
     )]
     fn calibrate_totals<'py>(
         &self,
@@ -694,8 +697,8 @@ impl PyStudy {
     /// ['fuel', 'driver']
     #[pyo3(
         signature = (*, cycles=None, trucks=None, trips=None, against=None, seed=None, first_cycle=None, threads=None, progress=None),
-        text_signature = "($self, *, cycles=None, trucks=None, trips=None, against=None, seed=1, first_cycle=0, threads=None, \
-                          progress=None)"
+        text_signature = "($self, *, cycles=None, trucks=None, trips=None, against=None, seed=1, \
+                          first_cycle=0, threads=None, progress=None)"
     )]
     fn cost<'py>(
         &self,
@@ -760,7 +763,8 @@ impl PyStudy {
     /// (20, 4)
     #[pyo3(
         signature = (*, trucks, trips=None, share=0.2, coached=None, seed=None, threads=None, progress=None),
-        text_signature = "($self, *, trucks, trips=None, share=0.2, coached=None, seed=1, threads=None, progress=None)"
+        text_signature = "($self, *, trucks, trips=None, share=0.2, coached=None, seed=1, \
+                          threads=None, progress=None)"
     )]
     fn training<'py>(
         &self,
@@ -885,7 +889,8 @@ impl PyStudy {
     /// True
     #[pyo3(
         signature = (*, cycles, arrive=None, kg_per_kwh=0.0, season=None, seed=None, first_cycle=None, threads=None, progress=None),
-        text_signature = "($self, *, cycles, arrive=0.95, kg_per_kwh=0.0, season=None, seed=1, first_cycle=0, threads=None, progress=None)"
+        text_signature = "($self, *, cycles, arrive=0.95, kg_per_kwh=0.0, season=None, seed=1, \
+                          first_cycle=0, threads=None, progress=None)"
     )]
     fn size<'py>(
         &self,

@@ -208,9 +208,10 @@ pub(crate) fn road<'py>(
         stops=true, split_ratio=None, steering_ratio=None, wheelbase_m=None, run_in_m=None, out=None, threads=None,
         progress=None
     ),
-    text_signature = "(logs, study, *, road=None, trips=2000, seed=1, columns=None, keep=None, limit_mps=None, \
-                      road_type=None, stops=True, split_ratio=None, steering_ratio=None, wheelbase_m=None, \
-                      run_in_m=500.0, out=None, threads=None, progress=None)"
+    text_signature = "(logs, study, *, road=None, trips=2000, seed=1, columns=None, keep=None, \
+                      limit_mps=None, road_type=None, stops=True, split_ratio=None, \
+                      steering_ratio=None, wheelbase_m=None, run_in_m=500.0, out=None, \
+                      threads=None, progress=None)"
 )]
 pub(crate) fn validate<'py>(
     py: Python<'py>,

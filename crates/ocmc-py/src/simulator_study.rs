@@ -62,8 +62,8 @@ const REPETITIONS: u64 = 40;
         study, *, repetitions=None, seed=None, gains=true, speed_term="simulated", out=None, threads=None,
         progress=None
     ),
-    text_signature = "(study, *, repetitions=40, seed=1, gains=True, speed_term='simulated', out=None, \
-                      threads=None, progress=None)"
+    text_signature = "(study, *, repetitions=40, seed=1, gains=True, speed_term='simulated', \
+                      out=None, threads=None, progress=None)"
 )]
 pub(crate) fn simulator_study<'py>(
     py: Python<'py>,

@@ -121,8 +121,8 @@ impl Asked {
         }
         if self.known.contains(&Covariate::Speed) {
             remarks.push(
-                "trips are adjusted for their mean speed, which tells the roads: a driver is compared \
-                 at the speed that was driven"
+                "trips are adjusted for their mean speed, which tells the roads: a driver is \
+                 compared at the speed that was driven"
                     .to_owned(),
             );
         }

@@ -74,7 +74,8 @@ fn level(Judged { table, level: [mean, expected], unit, .. }: &Judged) -> Option
     let [low, high] = LEVELS;
     let outside = ratio < low || ratio > high;
     let text = format!(
-        "the table's mean is {} {unit}: {} % of what the study takes with the same loads, {} {unit}",
+        "the table's mean is {} {unit}: {} % of what the study takes with the same loads, {} \
+         {unit}",
         rounded(*mean),
         percent(ratio),
         rounded(*expected)
@@ -100,8 +101,8 @@ fn slow(Judged { rows, posterior, breaks, .. }: &Judged) -> Option<Finding> {
     let below = posterior.residuals.iter().filter(|r| r[place] < SLOW).count();
     let share = below as f64 / posterior.residuals.len() as f64;
     let breaks = breaks.unwrap_or(0.0);
-    let remedy = "are breaks, loading or waiting inside? Give driving times without them, or leave the \
-                  column out: too slow trips make drag look small";
+    let remedy = "are breaks, loading or waiting inside? Give driving times without them, or leave \
+                  the column out: too slow trips make drag look small";
     if below > 1 && share > MOST_SLOW {
         let text = format!(
             "{} % of the trips are far slower than the others with their loads and lengths",
@@ -110,8 +111,8 @@ fn slow(Judged { rows, posterior, breaks, .. }: &Judged) -> Option<Finding> {
         return Some(Finding::warned("slow-trips", [share, MOST_SLOW], text, remedy));
     }
     let text = format!(
-        "speeds lie as breaks would have them, {} SDs of the fleets that are plausible: slow and wide \
-         apart, most on short trips",
+        "speeds lie as breaks would have them, {} SDs of the fleets that are plausible: slow and \
+         wide apart, most on short trips",
         rounded(breaks)
     );
     (breaks > MOST_BREAKS)
@@ -131,7 +132,8 @@ fn unlike(Judged { posterior, .. }: &Judged) -> Option<Finding> {
     let square: f64 = posterior.scores.iter().map(|z| z * z).sum();
     let largest = posterior.scores.iter().fold(0.0_f64, |most, z| most.max(z.abs()));
     let text = format!(
-        "the judged numbers had to go far for this table: squares of their scores {}, the largest {}",
+        "the judged numbers had to go far for this table: squares of their scores {}, the largest \
+         {}",
         rounded(square),
         rounded(largest)
     );

@@ -242,7 +242,8 @@ impl FleetAnswer {
         let rows = self.fit.components.iter().map(row);
         let weighted = match &self.weight {
             Some(weight) => format!(
-                "Trips count by {weight}; the SD between trips is that of a trip of mean {weight}.\n"
+                "Trips count by {weight}; the SD between trips is that of a trip of mean \
+                 {weight}.\n"
             ),
             None => "Each trip counts once.\n".to_owned(),
         };

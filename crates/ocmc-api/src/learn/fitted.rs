@@ -185,8 +185,8 @@ impl Fits {
         let command = "fit operating-cycle";
         if roads.roads.len() < FEWEST {
             let reason = format!(
-                "a road model of so few is further off than the one that is judged, which totals can \
-                 still move; allowed are {FEWEST} or more"
+                "a road model of so few is further off than the one that is judged, which totals \
+                 can still move; allowed are {FEWEST} or more"
             );
             self.parts.push(LearntPart { what, command, sources, refused: Some(reason) });
             return;

@@ -50,15 +50,15 @@ impl MixedFleetAnswer {
         };
         add(
             "How many can be electric",
-            "Trucks of a group of which all trips, or 95 % of them, arrive with the battery of another \
-             one.",
+            "Trucks of a group of which all trips, or 95 % of them, arrive with the battery of \
+             another one.",
             &ARRIVALS,
             self.arrivals().into_iter().map(Vec::from).collect(),
         );
         add(
             "Trips",
-            "Mean of the trips of a group, total over total, with its 95 % interval, and quantiles that \
-             count each trip once.",
+            "Mean of the trips of a group, total over total, with its 95 % interval, and quantiles \
+             that count each trip once.",
             &CONSUMPTIONS,
             self.consumptions().into_iter().map(Vec::from).collect(),
         );

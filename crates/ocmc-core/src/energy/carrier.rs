@@ -116,13 +116,14 @@ pub const CARRIERS: &[Declaration] = &[
         term: Term::Battery,
         amount: named(
             "battery_energy_j",
-            "Energy that left the battery's store, in J, charging at stops not counted; null without \
-             a battery.",
+            "Energy that left the battery's store, in J, charging at stops not counted; null \
+             without a battery.",
         ),
         units: ("J", "kWh", 1.0 / 3.6e6),
         consumption: named(
             "consumption_kwh_per_km",
-            "Energy that left the battery's store, over distance, in kWh/km; null without a battery.",
+            "Energy that left the battery's store, over distance, in kWh/km; null without a \
+             battery.",
         ),
         per_tonne: named(
             "consumption_kwh_per_tkm",

@@ -95,8 +95,8 @@ fn loads_within(model: &StudyModel, problems: &mut Problems) {
     if let Some((Quantity::Number(power_w), left_w)) = power.zip(most_w()) {
         let allowed = format!(
             "at most {left_w}: the full load of the engine at \
-             `vehicle.powertrain.combustion.engine.power_take_off_speed_radps` (that of idling where it is absent) less \
-             its auxiliaries; a law is cut there"
+             `vehicle.powertrain.combustion.engine.power_take_off_speed_radps` (that of idling \
+             where it is absent) less its auxiliaries; a law is cut there"
         );
         problems.require(*power_w <= left_w, "stops.power_take_off.power_w", power_w, &allowed);
     }

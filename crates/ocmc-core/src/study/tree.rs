@@ -158,7 +158,8 @@ impl<'de> Deserializer<'de> for Tree<'de> {
                 let there: Vec<&str> = table.keys().map(String::as_str).collect();
                 let there = if there.is_empty() { "none".to_owned() } else { there.join(" and ") };
                 Err(TreeError::custom(format_args!(
-                    "one of the tables {}; there is {there}: leave an inherited one out by study.drop",
+                    "one of the tables {}; there is {there}: leave an inherited one out by \
+                     study.drop",
                     names.join(", ")
                 )))
             }

@@ -113,7 +113,8 @@ pub enum CalibrationError {
     Measured(CurveSpeedFitError),
     /// One driver was measured.
     #[error(
-        "one driver was measured, so that nothing is known about how drivers differ; allowed are two or more"
+        "one driver was measured, so that nothing is known about how drivers differ; allowed are \
+         two or more"
     )]
     OneDriver,
     /// The simulated curves have no fit.
@@ -121,7 +122,8 @@ pub enum CalibrationError {
     Simulated(CurveSpeedFitError),
     /// A study that takes its law from a table of trucks.
     #[error(
-        "the law is drawn from a table of trucks; allowed are studies with form = \"pooled\" or \"calibrated\""
+        "the law is drawn from a table of trucks; allowed are studies with form = \"pooled\" or \
+         \"calibrated\""
     )]
     Form,
     /// The law does not fit the study.

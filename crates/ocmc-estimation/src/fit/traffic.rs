@@ -332,8 +332,8 @@ fn set_speeds(
     let pairs = speeds.pairs[0].len();
     estimates.set("step_correlation", &mut model.step_correlation, phi, error, pairs);
     estimates.warnings.push(
-        "step_correlation: of noisy speeds its error is somewhat small, and an interval by it covers some 90 %, \
-         not 95 %"
+        "step_correlation: of noisy speeds its error is somewhat small, and an interval by it \
+         covers some 90 %, not 95 %"
             .to_owned(),
     );
 }

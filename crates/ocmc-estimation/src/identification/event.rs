@@ -99,8 +99,8 @@ pub enum EventError {
     },
     /// Too little to identify anything.
     #[error(
-        "{rows} row{} over {duration_s:.1} s{}: at least {FEWEST_ROWS} rows over {SHORTEST_S} s are \
-         needed",
+        "{rows} row{} over {duration_s:.1} s{}: at least {FEWEST_ROWS} rows over {SHORTEST_S} s \
+         are needed",
         if *rows == 1 { "" } else { "s" },
         ended_by.map_or(String::new(), |setter| format!(", where {}", setter.text()))
     )]

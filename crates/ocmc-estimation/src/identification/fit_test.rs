@@ -156,8 +156,8 @@ impl FitTest {
         if self.noise_ratio > FAILED_RATIO {
             misfits.push(format!(
                 "the fit fails, the pedals are off by {:.1} times the noise of their sensors \
-                 ({:.4}): the driver may have wanted another speed, for a limit, a curve, a stop or \
-                 traffic, or truck and slope are not those of study and log",
+                 ({:.4}): the driver may have wanted another speed, for a limit, a curve, a stop \
+                 or traffic, or truck and slope are not those of study and log",
                 self.noise_ratio, self.pedal_noise[0]
             ));
             return misfits;

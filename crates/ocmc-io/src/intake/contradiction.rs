@@ -261,13 +261,14 @@ fn slopes(way_m: &[f64], altitude_m: &[f64], grade: &[f64]) -> Option<Finding> {
     let ratio = if by_altitude > 0.0 { both / by_altitude } else { 0.0 };
     let meant = if ratio < -0.5 { " (another sign?)".to_owned() } else { unit_of(ratio) };
     let text = format!(
-        "its altitudes climb by {} % in the mean, its slopes by {} %, and they differ by {} %{meant}",
+        "its altitudes climb by {} % in the mean, its slopes by {} %, and they differ by {} \
+         %{meant}",
         rounded(100.0 * a),
         rounded(100.0 * g),
         rounded(100.0 * apart)
     );
-    let remedy = "leave out the one that is wrong: what a slope is taken for is worth more than any \
-                  other column";
+    let remedy = "leave out the one that is wrong: what a slope is taken for is worth more than \
+                  any other column";
     Some(if apart > SLOPES_REFUSED {
         Finding::refused("slope", [apart, SLOPES_REFUSED], text, remedy)
     } else {

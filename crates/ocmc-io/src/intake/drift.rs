@@ -110,8 +110,8 @@ pub fn standstill_drift(x_m: &[f64], y_m: &[f64], clusters: &[Range<usize>]) -> 
     let way_m: f64 = wandering.iter().map(|rows| way_of(rows)).sum();
     let rows: usize = wandering.iter().map(|rows| rows.len()).sum();
     let text = format!(
-        "{} rows wander by {} m in all around {}, as of a receiver at standstill: each place became \
-         one point",
+        "{} rows wander by {} m in all around {}, as of a receiver at standstill: each place \
+         became one point",
         grouped(rows as u64),
         rounded(way_m),
         count_of(wandering.len() as u64, "place")

@@ -134,8 +134,8 @@ pub fn lasting_jump(
         rounded(steps_m[first]),
         name(first + 1)
     );
-    let remedy = "no road does: the curves and the way there are not right; split it, or correct the \
-                  points on the wrong side";
+    let remedy = "no road does: the curves and the way there are not right; split it, or correct \
+                  the points on the wrong side";
     Some(Finding::warned("position-jump", [steps_m[first], least_m], text, remedy))
 }
 
@@ -152,8 +152,8 @@ pub fn gap(x_m: &[f64], y_m: &[f64], name: impl Fn(usize) -> String) -> Option<F
         return None;
     }
     let text = format!(
-        "no point lies on {} m before {}, although they are close otherwise: what the road does there \
-         is not known",
+        "no point lies on {} m before {}, although they are close otherwise: what the road does \
+         there is not known",
         rounded(longest_m),
         name(first + 1)
     );

@@ -70,9 +70,9 @@ pub fn lacks(quantities: &[Quantity], draw: &[Draw]) -> Option<Finding> {
         return None;
     }
     let text = format!(
-        "it has no {}: they count as absent (traffic, weather and payload are drawn from the study). \
-         Trips on the roads of the default study take {:.0} % less without them in the mean, and differ \
-         by up to {most:.0} %",
+        "it has no {}: they count as absent (traffic, weather and payload are drawn from the \
+         study). Trips on the roads of the default study take {:.0} % less without them in the \
+         mean, and differ by up to {most:.0} %",
         names.join(", no "),
         -mean
     );

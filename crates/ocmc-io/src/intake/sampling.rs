@@ -44,8 +44,8 @@ pub fn judge(cycle: &DriveCycle, step_s: f64) -> Option<Finding> {
     let most = if usual_s >= LONG_S { LOST_OF_LONG } else { LOST };
     if sampled && usual_s >= SAMPLED_S && lost > most {
         let text = format!(
-            "its rows are {} s apart: what the vehicle did between them is not known, and is driven \
-             straight",
+            "its rows are {} s apart: what the vehicle did between them is not known, and is \
+             driven straight",
             rounded(usual_s)
         );
         let remedy = "drives sampled each 10 to 60 s take up to 5 to 16 % less than they did; give \

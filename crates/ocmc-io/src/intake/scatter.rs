@@ -47,8 +47,8 @@ pub fn with_memory(x_m: &[f64], y_m: &[f64]) -> Option<Finding> {
         return None;
     }
     let text = format!(
-        "its points scatter by {} m from one to the next and by {} m over some of them: errors that \
-         fade so slowly look like bends",
+        "its points scatter by {} m from one to the next and by {} m over some of them: errors \
+         that fade so slowly look like bends",
         rounded(near_m),
         rounded(far_m)
     );

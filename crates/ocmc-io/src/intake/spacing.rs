@@ -138,12 +138,12 @@ fn beelines(turns: &[f64], edges_m: &[f64], length_m: f64) -> Option<Finding> {
     let mean_m = length_m / edges_m.len().max(1) as f64;
     let turned: f64 = turns.iter().map(|turn| turn.abs()).sum();
     let long_m: f64 = edges_m.iter().filter(|edge_m| **edge_m > BEELINE_M).sum();
-    let remedy = "give the points of the road itself, as of a map's route or a receiver, or the way \
-                  along the road, `position_m`, and have the curves drawn, `--draw curves`";
+    let remedy = "give the points of the road itself, as of a map's route or a receiver, or the \
+                  way along the road, `position_m`, and have the curves drawn, `--draw curves`";
     if mean_m > NO_ROAD_M && turned > TURNING_RAD {
         let text = format!(
-            "its points are {} km apart in the mean, and it turns by {}° in all: beelines, of which \
-             neither the length nor the curves are a road's",
+            "its points are {} km apart in the mean, and it turns by {}° in all: beelines, of \
+             which neither the length nor the curves are a road's",
             rounded(mean_m / 1000.0),
             rounded(turned.to_degrees())
         );
@@ -152,8 +152,8 @@ fn beelines(turns: &[f64], edges_m: &[f64], length_m: f64) -> Option<Finding> {
     (long_m > BEELINE_SHARE * length_m).then(|| {
         let longest_m = edges_m.iter().copied().fold(0.0, f64::max);
         let text = format!(
-            "{} % of its way goes straight over more than {} km from one point to the next, at most \
-             {} km: roads are longer, and have curves",
+            "{} % of its way goes straight over more than {} km from one point to the next, at \
+             most {} km: roads are longer, and have curves",
             rounded(100.0 * long_m / length_m),
             rounded(BEELINE_M / 1000.0),
             rounded(longest_m / 1000.0)

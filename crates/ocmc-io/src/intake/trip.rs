@@ -83,7 +83,8 @@ pub fn impossible(column: &str, trips: &[(RowPlace, f64)], all: usize) -> Option
     let count = count_of(trips.len() as u64, "trip");
     if trips.len() as f64 > MOST * all as f64 {
         let text = format!(
-            "{count} of {} of column `{column}` lie outside {low} to {high}, first {value} in {place}",
+            "{count} of {} of column `{column}` lie outside {low} to {high}, first {value} in \
+             {place}",
             grouped(all as u64)
         );
         let remedy = "it has another unit than its name says: convert it, or rename it";

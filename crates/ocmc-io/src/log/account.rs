@@ -90,15 +90,16 @@ pub(super) fn cells_left_out(file: &LogFile) -> Vec<Finding> {
 pub(super) fn how_numbers_are_written(column: &str, text: &str) -> &'static str {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     if has_decimal_comma(text) {
-        return "; numbers take a decimal point: write 0.5, not 0,5 (commas are read where all numbers have them \
-                and semicolons separate the cells)";
+        return "; numbers take a decimal point: write 0.5, not 0,5 (commas are read where all \
+                numbers have them and semicolons separate the cells)";
     }
     if column == "time" && text.parse::<f64>().is_ok() {
         return "; a time in numbers has its unit in the name, as in time_s: --map time_s=time";
     }
     let date = text.get(..4).is_some_and(digits) && text[4..].starts_with(['-', '/']);
     if date || (column.starts_with("time") && text.contains(':')) {
-        return "; times are numbers, seconds from any origin, as in time_s, or dates under the name time";
+        return "; times are numbers, seconds from any origin, as in time_s, or dates under the \
+                name time";
     }
     ""
 }

@@ -86,12 +86,14 @@ pub enum TripError {
     Log(#[from] LogError),
     /// Only the steering wheel is known, and not what it does.
     #[error(
-        "only the angle of the steering wheel tells how the vehicle turns: give --steering-ratio and --wheelbase-m"
+        "only the angle of the steering wheel tells how the vehicle turns: give --steering-ratio \
+         and --wheelbase-m"
     )]
     Steering,
     /// No limit is known.
     #[error(
-        "no speed limit is known: give a column, one limit for the whole log, or take what the speed shows"
+        "no speed limit is known: give a column, one limit for the whole log, or take what the \
+         speed shows"
     )]
     NoLimit,
     /// Error of a drive that shows no road.

@@ -258,7 +258,8 @@ fn refine(drive: &mut LoggedTrip) -> Option<Finding> {
     drive.columns = columns;
     drive.measured_each_s = Some(usual_s);
     let text = format!(
-        "rows are {} s apart: between them the way is the smoothest that never goes back, each second",
+        "rows are {} s apart: between them the way is the smoothest that never goes back, each \
+         second",
         rounded(usual_s)
     );
     let remedy = "how a vehicle started and stopped between rows is not known: speeds, pedals and \

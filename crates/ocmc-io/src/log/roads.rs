@@ -197,8 +197,8 @@ impl FoundRoads {
                         self.notes.push(steering_note(&place));
                     } else if let Some(apart_s) = apart_s {
                         self.notes.push(format!(
-                            "{place}: only positions {} s apart tell how it turned: its curves are not \
-                             known (rows of a second, a yaw rate or a course would tell them)",
+                            "{place}: only positions {} s apart tell how it turned: its curves are \
+                             not known (rows of a second, a yaw rate or a course would tell them)",
                             rounded(apart_s)
                         ));
                     } else if !turns {
@@ -335,8 +335,8 @@ fn kind_of(note: &str) -> String {
 /// Note on a drive of which only the steering wheel tells how it turned.
 pub(super) fn steering_note(place: &str) -> String {
     format!(
-        "{place}: only the angle of the steering wheel tells how it turned: its curves are not known \
-         (--steering-ratio and --wheelbase-m would tell them)"
+        "{place}: only the angle of the steering wheel tells how it turned: its curves are not \
+         known (--steering-ratio and --wheelbase-m would tell them)"
     )
 }
 
@@ -433,8 +433,8 @@ pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     ));
     if counts.altitude_jumps_m >= LEAST_JUMPS_M {
         notes.push(format!(
-            "{place}: its altitudes jump by {:.0} m in all, more steeply than a road of 10 %: taken \
-             out, and what follows is moved along",
+            "{place}: its altitudes jump by {:.0} m in all, more steeply than a road of 10 %: \
+             taken out, and what follows is moved along",
             counts.altitude_jumps_m
         ));
     }
@@ -444,8 +444,8 @@ pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
             n => format!(" ({n} of them at the mean speed of the drive: no positions tell it)"),
         };
         notes.push(format!(
-            "{place}: the way across what was not logged is {:.2} km{by_speed}: the drive is one mission, \
-             with it",
+            "{place}: the way across what was not logged is {:.2} km{by_speed}: the drive is one \
+             mission, with it",
             counts.cut_way_m / 1000.0
         ));
     }

@@ -76,8 +76,8 @@ pub fn mixed_fleet_html(page: &MixedFleetPage) -> String {
         rows(page.facts)
     );
     text.push_str(
-        "<p class=\"soft\">Behind ± lies where another fleet of as many such trucks would lie. It does \
-         not hold the error of the models, nor that of numbers that were judged.</p>\n",
+        "<p class=\"soft\">Behind ± lies where another fleet of as many such trucks would lie. It \
+         does not hold the error of the models, nor that of numbers that were judged.</p>\n",
     );
     let title = escaped(page.study);
     let top = page_head(&format!("{title}: a fleet of groups, by ocmc"), STYLE);

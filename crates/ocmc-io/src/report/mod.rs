@@ -180,7 +180,8 @@ fn head(run: &Reported) -> String {
     let day = day.map_or_else(String::new, |day| format!(" · {}", escaped(day)));
     let cycles = grouped(run.summary.summary.cycles);
     format!(
-        "{top}<h1>{name}</h1>\n<p class=\"soft\">{}<br>{cycles} trips, seed {}{day} · ocmc {}</p>\n",
+        "{top}<h1>{name}</h1>\n<p class=\"soft\">{}<br>{cycles} trips, seed {}{day} · ocmc {}</p>\n\
+         ",
         escaped(description),
         run.manifest.seed,
         escaped(&run.manifest.program_version)
@@ -196,8 +197,10 @@ fn page_head(title: &str, style: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
-         <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n"
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; \
+         style-src 'unsafe-inline'\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{style}</style>\n\
+         </head>\n<body>\n<main>\n"
     )
 }
 
@@ -207,8 +210,8 @@ fn distribution(statistic: &Statistic) -> String {
     if let Some(histogram) = statistic.histogram.as_ref().filter(|_| factor == 1.0) {
         let _ = writeln!(
             text,
-            "<figure>{}<figcaption>Number of cycles; lines at P5, P50 and P95, and, dashed, at the mean of the \
-             fleet.{}</figcaption></figure>",
+            "<figure>{}<figcaption>Number of cycles; lines at P5, P50 and P95, and, dashed, at the \
+             mean of the fleet.{}</figcaption></figure>",
             svg::histogram(histogram, &marks(statistic), unit, "cycles"),
             match histogram.below + histogram.above {
                 0 => String::new(),
@@ -274,10 +277,14 @@ fn explained(found: &[Explaining], statistic: &Statistic) -> String {
     }
     let (unit, _) = label(statistic.column);
     let mut text = format!(
-        "<h2>What goes with the spread</h2>\n<p>{} over tenths of the cycles, sorted by each quantity, whose values stand below the first, the \
-         middle and the last of them: the line is the median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths, freed of what chance gives; quantities whose share chance gives, too, are not shown. All but \
-         the payload are seen beside it: what goes with a cycle's payload is taken off its value first. It \
-         says what goes together; <code>ocmc sensitivity</code> says what causes the spread.</p>\n",
+        "<h2>What goes with the spread</h2>\n\
+         <p>{} over tenths of the cycles, sorted by each quantity, whose values stand below the \
+         first, the middle and the last of them: the line is the median, the band holds 80 % of \
+         the cycles. The percentage is the share of the variance between the tenths, freed of what \
+         chance gives; quantities whose share chance gives, too, are not shown. All but the \
+         payload are seen beside it: what goes with a cycle's payload is taken off its value \
+         first. It says what goes together; <code>ocmc sensitivity</code> says what causes the \
+         spread.</p>\n",
         escaped(unit)
     );
     text.push_str(&panels(found, "Consumption"));

@@ -79,8 +79,8 @@ pub fn validation_html(page: &ValidationPage) -> String {
         let name = escaped(&road.name);
         let _ = writeln!(
             text,
-            "<h2>{name}</h2>\n<figure tabindex=\"0\">{}<figcaption>Speed over distance: 90 % and half of the \
-             simulated trips, their median, the drives, and the limit \
+            "<h2>{name}</h2>\n<figure tabindex=\"0\">{}<figcaption>Speed over distance: 90 % and \
+             half of the simulated trips, their median, the drives, and the limit \
              (dashed).</figcaption></figure>",
             road.svg()
         );

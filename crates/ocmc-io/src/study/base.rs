@@ -104,8 +104,8 @@ fn unquoted(fault: &Fault, base: &Node) -> Box<Fault> {
     let ending = base.as_str().map(Path::new).and_then(Path::extension);
     if let (Cause::Syntax(_), Some(ending)) = (&fault.cause, ending.filter(|end| *end != "toml")) {
         let message = format!(
-            "{place}: a base is a study in TOML, and this file ends in `.{}`; a vehicle of VECTO or \
-             FASTSim is named by `vehicle.base`",
+            "{place}: a base is a study in TOML, and this file ends in `.{}`; a vehicle of VECTO \
+             or FASTSim is named by `vehicle.base`",
             ending.display()
         );
         return Fault::new(Cause::File(message)).at(base.any_place());

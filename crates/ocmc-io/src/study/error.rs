@@ -81,7 +81,8 @@ pub enum Cause {
     },
     /// A file that is not text.
     #[error(
-        "`{path}` is not UTF-8 text: line {line}, byte {byte} of the file; save it in UTF-8, not in UTF-16 or Latin-1"
+        "`{path}` is not UTF-8 text: line {line}, byte {byte} of the file; save it in UTF-8, not \
+         in UTF-16 or Latin-1"
     )]
     NotText {
         /// The file.

@@ -175,8 +175,8 @@ impl FittedPart {
     pub fn warnings(&self) -> impl Iterator<Item = String> + '_ {
         self.left_out.iter().map(|problem| {
             format!(
-                "{problem}: no study takes the estimate; it and the numbers that were estimated with \
-                 it stay those of the base study"
+                "{problem}: no study takes the estimate; it and the numbers that were estimated \
+                 with it stay those of the base study"
             )
         })
     }

@@ -159,9 +159,9 @@ impl LoadedStudy {
         let [way_m, sign_mps, legal_mps] = self.study.operating_cycle().above_law()?;
         let [sign_kmh, legal_kmh] = [sign_mps, legal_mps].map(|mps| 3.6 * mps);
         Some(format!(
-            "limits of up to {sign_kmh:.0} km/h on {:.1} km of the given roads are above what the law \
-             lets a {} drive there, {legal_kmh:.0} km/h, which holds: `vehicle.class` is the class, \
-             `road.types` has its limits [limit-above-class]",
+            "limits of up to {sign_kmh:.0} km/h on {:.1} km of the given roads are above what the \
+             law lets a {} drive there, {legal_kmh:.0} km/h, which holds: `vehicle.class` is the \
+             class, `road.types` has its limits [limit-above-class]",
             way_m / 1000.0,
             self.model.vehicle.class
         ))

@@ -505,8 +505,10 @@ fn workbook() -> Vec<u8> {
         (
             "xl/workbook.xml",
             format!(
-                "<workbook xmlns=\"{space}spreadsheetml/2006/main\" xmlns:r=\"{space}officeDocument/\
-                 2006/relationships\"><sheets><sheet name=\"log\" sheetId=\"1\" r:id=\"rId1\"/></sheets>\
+                "<workbook xmlns=\"{space}spreadsheetml/2006/main\" \
+                 xmlns:r=\"{space}officeDocument/\
+                 2006/relationships\"><sheets><sheet name=\"log\" sheetId=\"1\" \
+                 r:id=\"rId1\"/></sheets>\
                  </workbook>"
             ),
         ),

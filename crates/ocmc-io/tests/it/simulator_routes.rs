@@ -85,7 +85,8 @@ fn route(driver: usize) -> String {
     altitudes.push((at_m - GAP_M + RUN_OUT_M, altitude_m));
     altitudes.dedup();
     let mut text = format!(
-        "# Route {} of {DRIVERS} of the driving simulator: all events of the paper's Table I; see simulator-study.toml\n\
+        "# Route {} of {DRIVERS} of the driving simulator: all events of the paper's Table I; see \
+         simulator-study.toml\n\
          track,rule,position_m,value\nroad_type,constant,0,rural\n",
         driver + 1
     );

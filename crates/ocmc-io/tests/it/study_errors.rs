@@ -246,7 +246,8 @@ fn keys_that_do_not_fit_together_say_what_would() {
         assert_says(line, &[message]);
     }
     // a law draws some stops nearer than that: they are put there, and the study is none the worse
-    let stops = "mission.stops = { spacing_m = { distribution = \"exponential\", mean = 2000 }, dwell_s = 5 }";
+    let stops = "mission.stops = { spacing_m = { distribution = \"exponential\", mean = 2000 }, \
+                 dwell_s = 5 }";
     let text = format!("study.base = \"field-truck\"\n{stops}\n");
     assert!(study::load_text::<&str>("mine.toml", &text, &[]).is_ok());
     // a road that goes up to where it may

@@ -188,19 +188,19 @@ impl VehicleFile {
         };
         let kind = self.veh_cat.to_lowercase();
         if kind.contains("bus") && !BUSES.contains(&kind.as_str()) {
-            let allowed = "allowed are `Tractor`, `RigidTruck`, `CityBus`, `InterurbanBus` and `Coach`; \
-                           buses in stages are not computed";
+            let allowed = "allowed are `Tractor`, `RigidTruck`, `CityBus`, `InterurbanBus` and \
+                           `Coach`; buses in stages are not computed";
             return refused("`VehCat`", format!("`{}`", self.veh_cat), allowed);
         }
         if !CORRECTIONS.contains(&self.correction().as_str()) {
-            let allowed = "allowed are `Off`, `CdOfVdecl` and `CdOfVeng`: give the drag area of still \
-                           air";
+            let allowed = "allowed are `Off`, `CdOfVdecl` and `CdOfVeng`: give the drag area of \
+                           still air";
             return refused("`CdCorrMode`", format!("`{}`", self.cd_corr_mode), allowed);
         }
         let shares: f64 = self.axles().iter().map(|axle| axle.weight_share).sum();
         if (shares - 1.0).abs() > 1e-3 {
-            let allowed = "allowed are shares with a sum of 1, and in declaration mode a tractor or \
-                           a rigid truck of 4x2, 6x2 or 6x4";
+            let allowed = "allowed are shares with a sum of 1, and in declaration mode a tractor \
+                           or a rigid truck of 4x2, 6x2 or 6x4";
             return refused("the sum of `AxleWeightShare`", shares.to_string(), allowed);
         }
         if self.radius_m().is_none() {
@@ -213,8 +213,8 @@ impl VehicleFile {
             return refused("`Angledrive`", found, "allowed is `None`: it is not computed");
         }
         if self.drag_area_m2().is_none() {
-            let allowed = "allowed is `CdA`, or `Cd` and `CrossSecArea`; a declared vehicle without \
-                           it has a default that is not known here";
+            let allowed = "allowed is `CdA`, or `Cd` and `CrossSecArea`; a declared vehicle \
+                           without it has a default that is not known here";
             return refused("`CdA`", "missing".to_owned(), allowed);
         }
         Ok(())

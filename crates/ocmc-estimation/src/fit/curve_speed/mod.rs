@@ -122,8 +122,8 @@ pub enum CurveSpeedFitError {
     },
     /// Fewer curves than the model needs.
     #[error(
-        "{curves} curves of {drivers} drivers are too few{}; allowed are {needed} or more of as many \
-         drivers",
+        "{curves} curves of {drivers} drivers are too few{}; allowed are {needed} or more of as \
+         many drivers",
         one_each(*curves, *drivers)
     )]
     TooFewCurves {
@@ -136,18 +136,20 @@ pub enum CurveSpeedFitError {
     },
     /// No two radii differ.
     #[error(
-        "all curves have the same radius, so that they tell nothing about the exponent; allowed are two radii or more"
+        "all curves have the same radius, so that they tell nothing about the exponent; allowed \
+         are two radii or more"
     )]
     OneRadius,
     /// Radius and driver cannot be separated.
     #[error(
-        "the radius is the same in all curves of a driver, so that exponent and drivers cannot be separated; \
-         allowed are drivers of whom at least one drove two radii"
+        "the radius is the same in all curves of a driver, so that exponent and drivers cannot be \
+         separated; allowed are drivers of whom at least one drove two radii"
     )]
     RadiusOfDriver,
     /// Free curves are asked for, and nothing says which are free.
     #[error(
-        "nothing says how far the curves are from others: columns gap_before_m and gap_after_m, as `ocmc curves` writes them"
+        "nothing says how far the curves are from others: columns gap_before_m and gap_after_m, as \
+         `ocmc curves` writes them"
     )]
     NoGaps,
 }
@@ -237,8 +239,8 @@ pub fn fit(
     let fixed = chosen.with_exponent(options.fixed_exponent);
     if curves.drivers.len() == 1 {
         warnings.push(
-            "there is one driver only: how drivers differ is not determined, `driver_sd` stays that \
-             of the base study"
+            "there is one driver only: how drivers differ is not determined, `driver_sd` stays \
+             that of the base study"
                 .into(),
         );
     }
@@ -248,8 +250,9 @@ pub fn fit(
     let (random_intercept, random_slope) = drivers::random_effects(&curves, kept, &mut warnings);
     if let Some(mixed) = random_intercept.as_ref().filter(|_| estimated.lacks_clusters()) {
         warnings.push(
-            "fewer than three drivers say something of how well the exponent is known: its interval \
-             by drivers is that of the mixed model (REML), which takes the exponent as one for all"
+            "fewer than three drivers say something of how well the exponent is known: its \
+             interval by drivers is that of the mixed model (REML), which takes the exponent as \
+             one for all"
                 .into(),
         );
         estimated = estimated.with_errors_of(mixed);

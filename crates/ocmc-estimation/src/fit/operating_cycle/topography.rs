@@ -125,7 +125,10 @@ pub(super) fn fit_slopes(
 ) {
     let slopes = Slopes::of(roads);
     let (Some(mean_square), Some(changes)) = (slopes.mean_square, slopes.changes) else {
-        estimates.warn("it is too short to tell about slopes, or none of them is known: they stay those of the base study");
+        estimates.warn(
+            "it is too short to tell about slopes, or none of them is known: they stay those of \
+             the base study",
+        );
         return;
     };
     let Some((variance, coefficient)) = slopes.law(share).filter(|law| law.0 > 0.0) else {
@@ -151,7 +154,10 @@ pub(super) fn fit_slopes(
         let error = relative(&changes).map(|e| e * hill);
         estimates.set("topography.hill_length_m", &mut model.hill_length_m, hill, error, steps);
     } else {
-        estimates.warn("the hill length of its slopes is below four steps, or endless: it stays that of the base study");
+        estimates.warn(
+            "the hill length of its slopes is below four steps, or endless: it stays that of the \
+             base study",
+        );
     }
     if share > SHORT {
         estimates.warn(format_args!(

@@ -103,7 +103,8 @@ pub enum SpeedChangeError {
     NoChanges,
     /// No row counts.
     #[error(
-        "no speed change is left of {rows}: {within} lie within the thresholds, {missing} have no value"
+        "no speed change is left of {rows}: {within} lie within the thresholds, {missing} have no \
+         value"
     )]
     Nothing {
         /// Changes that came in.
@@ -289,10 +290,12 @@ impl SpeedChangeFit {
             match law {
                 None => warnings
                     .push(format!("no {name} was measured: the study keeps the one of its base")),
-                Some(law) if law.between_drivers.is_some_and(|between| between.singular) => warnings
-                    .push(format!(
-                        "the REML fit of the {name}s is singular: drivers differ by no more than their changes do, the study gets one number"
-                    )),
+                Some(law) if law.between_drivers.is_some_and(|between| between.singular) => {
+                    warnings.push(format!(
+                        "the REML fit of the {name}s is singular: drivers differ by no more than \
+                         their changes do, the study gets one number"
+                    ))
+                }
                 Some(_) => {}
             }
         }
@@ -311,7 +314,8 @@ impl SpeedChangeFit {
         } else {
             for (name, _) in laws.iter().filter(|(_, law)| blind(law)) {
                 warnings.push(format!(
-                    "no driver has two {name}s, or only one has any: drivers and their changes cannot be told apart, {kept}"
+                    "no driver has two {name}s, or only one has any: drivers and their changes \
+                     cannot be told apart, {kept}"
                 ));
             }
         }

@@ -136,7 +136,9 @@ pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, 
     let years = span_s / (365.0 * 86_400.0);
     if years < ENOUGH_YEARS {
         warnings.push(format!(
-            "the records span {years:.1} years; with less than {ENOUGH_YEARS} the seasons are those of single years, and intervals of the SDs by their errors cover some 90 %, not 95 %"
+            "the records span {years:.1} years; with less than {ENOUGH_YEARS} the seasons are \
+             those of single years, and intervals of the SDs by their errors cover some 90 %, not \
+             95 %"
         ));
     }
     Ok(WeatherFit { hours: records.len(), years, parameters, warnings, model })
@@ -242,7 +244,10 @@ impl Hours<'_> {
         let temperatures = Temperatures { deviation_k, covariance };
         let covariance = &temperatures.covariance;
         if found[1] < -2.0 * covariance[(1, 1)].sqrt() {
-            self.estimates.warn("its coldest days lie in July, and a study knows northern seasons only; it stays that of the base study, and a table whose clock is half a year ahead tells it");
+            self.estimates.warn(
+                "its coldest days lie in July, and a study knows northern seasons only; it stays \
+                 that of the base study, and a table whose clock is half a year ahead tells it",
+            );
             return Some(temperatures);
         }
         if found[2] < 0.0 {
@@ -288,7 +293,8 @@ impl Hours<'_> {
         let standard = standard_pressure_pa(model.altitude_m);
         if (mean - standard).abs() > PRESSURE_OF_ANOTHER_PLACE_PA {
             self.estimates.warn(format_args!(
-                "the mean is {:.0} hPa; a study draws it around the standard atmosphere's {:.0} hPa at its weather.altitude_m = {}: give the place's",
+                "the mean is {:.0} hPa; a study draws it around the standard atmosphere's {:.0} \
+                 hPa at its weather.altitude_m = {}: give the place's",
                 mean / 100.0,
                 standard / 100.0,
                 model.altitude_m

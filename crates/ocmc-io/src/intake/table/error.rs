@@ -219,8 +219,8 @@ pub enum Fault {
     OfFormat(String),
     /// Several tracks where one is a route.
     #[error(
-        " has several tracks: a route is one of them; save each as a file of its own, or read all of \
-         them as logs, as with `ocmc fit operating-cycle` and `ocmc road`"
+        " has several tracks: a route is one of them; save each as a file of its own, or read all \
+         of them as logs, as with `ocmc fit operating-cycle` and `ocmc road`"
     )]
     SeveralTracks,
     /// A file that says no format.
@@ -231,8 +231,8 @@ pub enum Fault {
     Extension,
     /// A file of another kind where a table is read.
     #[error(
-        " is no table: allowed are separated cells (CSV), Parquet, XLSX, GPX, KML, GeoJSON and rFMS; \
-         convert it, a track for example with GPSBabel, a sheet by saving it as XLSX or CSV"
+        " is no table: allowed are separated cells (CSV), Parquet, XLSX, GPX, KML, GeoJSON and \
+         rFMS; convert it, a track for example with GPSBabel, a sheet by saving it as XLSX or CSV"
     )]
     NotSeparated,
     /// A text that is not the JSON of an operating cycle.
@@ -273,8 +273,8 @@ pub enum Fault {
     Mixed,
     /// A log whose time stands still.
     #[error(
-        ": of its first {rows} rows {still} repeat the time of the row before them or go back, which is no log of \
-         drives; is the column of the time the right one?"
+        ": of its first {rows} rows {still} repeat the time of the row before them or go back, \
+         which is no log of drives; is the column of the time the right one?"
     )]
     Still {
         /// Rows that do.
