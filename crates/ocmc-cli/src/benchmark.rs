@@ -35,10 +35,16 @@ pub(crate) struct BenchmarkArguments {
     #[arg(long)]
     no_speed: bool,
     /// Trips of the study
-    #[arg(long, value_name = "N", default_value = "3200", allow_negative_numbers = true, value_parser = whole_number(100..=1_000_000_u64))]
+    #[arg(
+        long, value_name = "N", default_value = "3200", allow_negative_numbers = true,
+        value_parser = whole_number(100..=1_000_000_u64)
+    )]
     cycles: u64,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     #[command(flatten)]
     work: FiledWorkOptions,

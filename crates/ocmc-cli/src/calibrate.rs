@@ -39,7 +39,10 @@ pub(crate) struct TotalsArguments {
     #[command(flatten)]
     noise: NoiseOptions,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     #[command(flatten)]
     work: WorkOptions,
@@ -62,13 +65,22 @@ pub(crate) struct CurveSpeedArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Drivers of the simulated table
-    #[arg(long, value_name = "N", default_value = "240", allow_negative_numbers = true, value_parser = whole_number(20..=100_000_u64))]
+    #[arg(
+        long, value_name = "N", default_value = "240", allow_negative_numbers = true,
+        value_parser = whole_number(20..=100_000_u64)
+    )]
     drivers: u64,
     /// Trips of each of them
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(1..=1000_u64))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(1..=1000_u64)
+    )]
     trips: u64,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     /// Smallest residual SD that the law may have
     #[arg(long, value_name = "SD", default_value = "0.048", allow_negative_numbers = true)]

@@ -56,7 +56,10 @@ pub(crate) struct CurvesArguments {
     #[command(flatten)]
     table: TableOptions,
     /// How curves are distinguished from straights
-    #[arg(long, value_name = "NAME", default_value = "hidden-markov", value_parser = one_of(detectors()))]
+    #[arg(
+        long, value_name = "NAME", default_value = "hidden-markov",
+        value_parser = one_of(detectors())
+    )]
     detector: Detector,
     /// Definition of the radius of a curve
     #[arg(long, value_name = "NAME", default_value = "turn", value_parser = one_of(RADII))]
@@ -108,16 +111,28 @@ pub(crate) struct IdentifyArguments {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = one_of(UNKNOWNS))]
     unknown: Option<Vec<Unknown>>,
     /// Starts of the search for each event
-    #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    #[arg(
+        long, value_name = "N", default_value = "8",
+        value_parser = clap::value_parser!(u16).range(1..=4096)
+    )]
     starts: u16,
     /// Bounds of K_P, in s/m
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().proportional)]
+    #[arg(
+        long, value_names = ["LOWER", "UPPER"], num_args = 2,
+        default_values_t = IdentifyOptions::default().proportional
+    )]
     kp: Vec<f64>,
     /// Bounds of K_I, in 1/m
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().integral)]
+    #[arg(
+        long, value_names = ["LOWER", "UPPER"], num_args = 2,
+        default_values_t = IdentifyOptions::default().integral
+    )]
     ki: Vec<f64>,
     /// Bounds of K_D, in s²/m; the lower one may be negative
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().derivative, allow_negative_numbers = true)]
+    #[arg(
+        long, value_names = ["LOWER", "UPPER"], num_args = 2,
+        default_values_t = IdentifyOptions::default().derivative, allow_negative_numbers = true
+    )]
     kd: Vec<f64>,
     /// No intervals: several times as fast
     #[arg(long)]

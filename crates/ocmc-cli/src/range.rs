@@ -11,7 +11,10 @@ use std::path::PathBuf;
 #[command(mut_arg("study", |study| study.default_value("battery-truck")))]
 pub(crate) struct BatteryRangeArguments {
     /// Directory of a run, whose records are taken instead of driving a study
-    #[arg(value_name = "DIR", conflicts_with_all = ["study", "set", "cycles", "seed", "first_cycle", "threads"])]
+    #[arg(
+        value_name = "DIR",
+        conflicts_with_all = ["study", "set", "cycles", "seed", "first_cycle", "threads"]
+    )]
     run: Option<PathBuf>,
     #[command(flatten)]
     study: StudyOptions,

@@ -40,7 +40,10 @@ pub(crate) struct RunArguments {
     #[command(flatten)]
     files: FileOptions,
     /// Number of cycles [default: 1000]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=LAST_CYCLE_ID)
+    )]
     cycles: Option<u64>,
     #[command(flatten)]
     fleet: TruckOptions,
@@ -50,14 +53,23 @@ pub(crate) struct RunArguments {
     #[arg(long, value_name = "PRECISION", value_parser = precision)]
     precision: Option<Precision>,
     /// Id of the first cycle: a run can be shared out over machines [default: 0]
-    #[arg(long, value_name = "ID", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    #[arg(
+        long, value_name = "ID", allow_negative_numbers = true,
+        value_parser = whole_number(0..=LAST_CYCLE_ID - 1)
+    )]
     first_cycle: Option<u64>,
     /// Master seed: with the study and a cycle's id it fixes everything that happens in the cycle
     /// [default: 1]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: Option<u64>,
     /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=MOST_THREADS)
+    )]
     threads: Option<usize>,
     /// Directory for the records, the manifest and the summary of the run; without it nothing is
     /// written
@@ -77,10 +89,16 @@ pub(crate) struct RunArguments {
     #[arg(long)]
     json: bool,
     /// Instructions to use: the records do not depend on it
-    #[arg(long, hide = true, value_parser = one_of(CpuLevel::ALL.map(|level| (level.name(), "", level))))]
+    #[arg(
+        long, hide = true,
+        value_parser = one_of(CpuLevel::ALL.map(|level| (level.name(), "", level)))
+    )]
     cpu_level: Option<CpuLevel>,
     /// Cycles that a thread drives at a time: the records do not depend on it
-    #[arg(long, hide = true, allow_negative_numbers = true, value_parser = whole_number(1..=LARGEST_CHUNK))]
+    #[arg(
+        long, hide = true, allow_negative_numbers = true,
+        value_parser = whole_number(1..=LARGEST_CHUNK)
+    )]
     chunk: Option<u64>,
 }
 

@@ -12,7 +12,10 @@ pub(crate) struct SizeArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Share of the trips that has to arrive; may be repeated
-    #[arg(long, value_name = "SHARE", default_value = "95%", allow_hyphen_values = true, value_parser = share)]
+    #[arg(
+        long, value_name = "SHARE", default_value = "95%", allow_hyphen_values = true,
+        value_parser = share
+    )]
     arrive: Vec<f64>,
     /// Mass of the truck that a kWh of battery adds, in kg
     #[arg(long, value_name = "KG", default_value_t = 0.0, allow_negative_numbers = true)]

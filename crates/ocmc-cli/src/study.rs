@@ -38,7 +38,10 @@ pub(crate) enum StudyCommand {
         file: PathBuf,
         /// Built-in study that the new one inherits from: its keys stand in the file as comments
         /// [default: every key of field-truck is written]
-        #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(study::list().iter().map(|study| study.name)))]
+        #[arg(
+            long, value_name = "NAME",
+            value_parser = PossibleValuesParser::new(study::list().iter().map(|study| study.name))
+        )]
         base: Option<String>,
         #[command(flatten)]
         quiet: QuietOption,
@@ -91,7 +94,9 @@ impl StudyArguments {
 
 /// Roads of a study.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("cycles", |cycles| cycles.default_value("100").help("Number of operating cycles that are drawn")))]
+#[command(mut_arg("cycles", |cycles| {
+    cycles.default_value("100").help("Number of operating cycles that are drawn")
+}))]
 pub(crate) struct BirdsEyeArguments {
     #[command(flatten)]
     study: StudyArguments,

@@ -12,11 +12,17 @@ pub(crate) struct TrainingArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Number of trucks
-    #[arg(long, value_name = "N", default_value = "200", allow_negative_numbers = true, value_parser = whole_number(2..=LAST_CYCLE_ID))]
+    #[arg(
+        long, value_name = "N", default_value = "200", allow_negative_numbers = true,
+        value_parser = whole_number(2..=LAST_CYCLE_ID)
+    )]
     trucks: u64,
     /// Trips of each truck: sets `fleet.trips_per_truck` of the study [default: the study's; 50
     /// where it has one trip]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_TRIPS))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=MOST_TRIPS)
+    )]
     trips: Option<u64>,
     /// Share of the drivers who are trained: those who stand worst in the records
     #[arg(long, value_name = "SHARE", default_value = "20%", value_parser = share)]
@@ -30,7 +36,10 @@ pub(crate) struct TrainingArguments {
     #[arg(long, value_name = "FILE", conflicts_with = "coached")]
     benchmark: Option<PathBuf>,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     #[command(flatten)]
     work: WorkOptions,

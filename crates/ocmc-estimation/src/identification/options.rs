@@ -126,7 +126,9 @@ impl Default for IdentifyOptions {
 
 /// Bounds between which nothing can be looked for.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("the bounds of {name} are {} and {}: they have to rise, from {least} on", bounds[0], bounds[1])]
+#[error(
+    "the bounds of {name} are {} and {}: they have to rise, from {least} on", bounds[0], bounds[1]
+)]
 pub struct BoundsError {
     /// Name of the gain.
     name: &'static str,

@@ -51,7 +51,9 @@ const FIRST_PRICES: [f64; 2] = [0.02, 20.0];
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BoundError {
     /// The driver did not arrive.
-    #[error("cycle {cycle_id} is not completed ({}): there is no drive to compare with", outcome.name())]
+    #[error(
+        "cycle {cycle_id} is not completed ({}): there is no drive to compare with", outcome.name()
+    )]
     NotCompleted {
         /// The cycle.
         cycle_id: u64,
