@@ -133,9 +133,9 @@ fn rows_that_are_left_out_are_counted() {
 
 #[test]
 fn free_curves_and_rows_without_a_direction() {
-    let mut table =
-        "driver,radius_m,direction,speed_mps,gap_before_m,gap_after_m,slowest_near_mps,stop_near_m\n"
-            .to_owned();
+    let mut table = "driver,radius_m,direction,speed_mps,gap_before_m,gap_after_m,\
+         slowest_near_mps,stop_near_m\n"
+        .to_owned();
     for k in 0..16 {
         let (driver, side) = (k % 2, ["left", "right"][k / 2 % 2]);
         let (radius, speed) = (60 + 20 * k, 8.0 + 0.6 * k as f64 + 0.3 * (k % 3) as f64);

@@ -200,7 +200,9 @@ fn a_number_without_pairs_is_said_and_does_not_hide_the_others() {
         "battery-truck",
         &[
             ROAD,
-            "uncertainty.a.keys=[\"vehicle.powertrain.battery_electric.battery.discharge_power_w\", \"vehicle.curb_mass_kg\"]",
+            "uncertainty.a.keys=[\
+             \"vehicle.powertrain.battery_electric.battery.discharge_power_w\", \
+             \"vehicle.curb_mass_kg\"]",
             "uncertainty.a.standard_errors=[5.17e5, 300.0]",
         ],
     );

@@ -62,10 +62,12 @@ pub struct IdentifyAnswer {
 /// use ocmc_api::{Error, IdentifyOptions, IdentifyRequest, Source, go_on, identify, study};
 /// let folder = tempfile::tempdir().expect("a directory");
 /// let file = folder.path().join("log.csv");
-/// std::fs::write(&file, "time_s,speed_mps,accelerator,brake,grade\n0,20,0.3,0,0\n1,20,0.3,0,0\n").expect("space");
+/// let rows = "time_s,speed_mps,accelerator,brake,grade\n0,20,0.3,0,0\n1,20,0.3,0,0\n";
+/// std::fs::write(&file, rows).expect("space");
 /// let study = &study::load("simulator-slopes", &[] as &[&str])?;
 /// let (logs, options) = (&[Source::File(file)], IdentifyOptions::default());
-/// let request = IdentifyRequest { logs, study, mappings: Vec::new(), options, warn_of_rows: true };
+/// let mappings = Vec::new();
+/// let request = IdentifyRequest { logs, study, mappings, options, warn_of_rows: true };
 /// // on a level road there is no event
 /// let answer = identify(&request, &mut |_| (), &mut go_on);
 /// assert!(matches!(answer, Err(Error::NoDrive { .. })));

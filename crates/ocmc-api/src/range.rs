@@ -61,9 +61,11 @@ const SHORT_M: f64 = 5000.0;
 ///
 /// ```
 /// use ocmc_api::{RangeRequest, RunPlan, go_on, range, study};
-/// let study = study::load("battery-truck", &["vehicle.powertrain.battery_electric.battery.capacity_j=1.8e8"])?;
+/// let capacity = "vehicle.powertrain.battery_electric.battery.capacity_j=1.8e8";
+/// let study = study::load("battery-truck", &[capacity])?;
 /// let study = ("battery-truck".to_owned(), &study);
-/// let answer = range(&RangeRequest { study, plan: RunPlan::new(1, 0, 40, None, None) }, &mut go_on)?;
+/// let plan = RunPlan::new(1, 0, 40, None, None);
+/// let answer = range(&RangeRequest { study, plan }, &mut go_on)?;
 /// assert_eq!((answer.range.all.trips, answer.range.all.depleted), (40, 40));
 /// # Ok::<(), ocmc_api::Error>(())
 /// ```

@@ -284,7 +284,8 @@ mod tests {
     #[test]
     fn units_and_dates_are_understood() {
         let records = table(
-            "time,temperature_c,pressure_hpa,relative_humidity_percent,precipitation_mm_per_h,wind_direction_deg,note\n\
+            "time,temperature_c,pressure_hpa,relative_humidity_percent,\
+             precipitation_mm_per_h,wind_direction_deg,note\n\
              2024-02-29T23:00,-3.5,1013,80,0.36,180,a leap day\n\
              2024-03-01 00:00:00,,1012,,0,,the next hour\n",
         )

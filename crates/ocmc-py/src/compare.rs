@@ -65,7 +65,8 @@ use std::path::PathBuf;
 #[pyfunction]
 #[pyo3(
     signature = (
-        a, b, *, cycles, seed=None, first_cycle=None, column=None, out=None, format=None, names=None, threads=None, progress=None
+        a, b, *, cycles, seed=None, first_cycle=None, column=None, out=None, format=None,
+        names=None, threads=None, progress=None
     ),
     text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, out=None, format=None, \
                       names=None, threads=None, progress=None)"

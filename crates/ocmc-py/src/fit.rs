@@ -87,9 +87,10 @@ use std::collections::BTreeMap;
 #[pyfunction]
 #[pyo3(
     signature = (
-        curves, *, columns=None, base=None, tobit=false, reference_radius_m=250.0, radius_range_m=(20.0, 500.0),
-        minimum_route_m=5000.0, isolated_m=None, least_lateral_mps2=0.0, fixed_exponent=0.5, significance=0.05,
-        limit_share=0.9, coding="sum_to_zero"
+        curves, *, columns=None, base=None, tobit=false, reference_radius_m=250.0,
+        radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, isolated_m=None,
+        least_lateral_mps2=0.0, fixed_exponent=0.5, significance=0.05, limit_share=0.9,
+        coding="sum_to_zero"
     ),
     text_signature = "(curves, *, columns=None, base=None, tobit=False, reference_radius_m=250.0, \
                       radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, isolated_m=None, \
@@ -188,8 +189,8 @@ pub(crate) fn fit_curve_speed<'py>(
 /// >>> study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
 #[pyfunction]
 #[pyo3(signature = (
-    table, *, columns=None, base=None, untruncated=false, window_s=2.0, smallest_acceleration_mps2=0.2,
-    smallest_deceleration_mps2=0.4
+    table, *, columns=None, base=None, untruncated=false, window_s=2.0,
+    smallest_acceleration_mps2=0.2, smallest_deceleration_mps2=0.4
 ))]
 pub(crate) fn fit_speed_change<'py>(
     py: Python<'py>,
@@ -283,8 +284,9 @@ pub(crate) fn fit_speed_change<'py>(
 /// (20, ['motorway', 'rural', 'urban'])
 #[pyfunction]
 #[pyo3(signature = (
-    cycles, *, columns=None, base=None, radius_range_m=None, road_type=None, altitude_average_m=200.0,
-    mission_stop_s=300.0, split_ratio=None, steering_ratio=None, wheelbase_m=None
+    cycles, *, columns=None, base=None, radius_range_m=None, road_type=None,
+    altitude_average_m=200.0, mission_stop_s=300.0, split_ratio=None, steering_ratio=None,
+    wheelbase_m=None
 ))]
 pub(crate) fn fit_operating_cycle<'py>(
     py: Python<'py>,

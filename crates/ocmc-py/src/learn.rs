@@ -65,8 +65,8 @@ use std::path::PathBuf;
 #[pyfunction]
 #[pyo3(
     signature = (
-        folder, *, base="field-truck", name="my-fleet", columns=None, hold_back=0.2, amount_noise=0.03,
-        weight_noise=0.05, seed=None, threads=None, page=None, progress=None
+        folder, *, base="field-truck", name="my-fleet", columns=None, hold_back=0.2,
+        amount_noise=0.03, weight_noise=0.05, seed=None, threads=None, page=None, progress=None
     ),
     text_signature = "(folder, *, base='field-truck', name='my-fleet', columns=None, \
                       hold_back=0.2, amount_noise=0.03, weight_noise=0.05, seed=1, threads=None, \

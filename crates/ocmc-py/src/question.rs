@@ -167,8 +167,8 @@ impl PyStudy {
     /// array([0, 0, 1, 3], dtype=uint64)
     #[pyo3(
         signature = (
-            *, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None, precision=None,
-            out=None, resume=false, format=None, progress=None
+            *, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None,
+            precision=None, out=None, resume=false, format=None, progress=None
         ),
         text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, \
                           threads=None, precision=None, out=None, resume=False, format=None, \
@@ -264,7 +264,8 @@ impl PyStudy {
     /// 10
     #[pyo3(
         signature = (
-            files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
+            files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None,
+            follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
         ),
         text_signature = "($self, files, *, cycles, columns=None, keep=None, draw=None, \
                           stop_plan=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
@@ -347,8 +348,8 @@ impl PyStudy {
     /// ['road', 'driver']
     #[pyo3(
         signature = (
-            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None, crossed=None,
-            shapley=false, out=None, threads=None, progress=None
+            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None,
+            crossed=None, shapley=false, out=None, threads=None, progress=None
         ),
         text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, \
                           over='trip', crossed=None, shapley=False, out=None, threads=None, \
@@ -696,7 +697,10 @@ impl PyStudy {
     /// >>> [item["item"] for item in answer["items"]]
     /// ['fuel', 'driver']
     #[pyo3(
-        signature = (*, cycles=None, trucks=None, trips=None, against=None, seed=None, first_cycle=None, threads=None, progress=None),
+        signature = (
+            *, cycles=None, trucks=None, trips=None, against=None, seed=None, first_cycle=None,
+            threads=None, progress=None
+        ),
         text_signature = "($self, *, cycles=None, trucks=None, trips=None, against=None, seed=1, \
                           first_cycle=0, threads=None, progress=None)"
     )]
@@ -762,7 +766,9 @@ impl PyStudy {
     /// >>> answer["drivers"], answer["chosen"]
     /// (20, 4)
     #[pyo3(
-        signature = (*, trucks, trips=None, share=0.2, coached=None, seed=None, threads=None, progress=None),
+        signature = (
+            *, trucks, trips=None, share=0.2, coached=None, seed=None, threads=None, progress=None
+        ),
         text_signature = "($self, *, trucks, trips=None, share=0.2, coached=None, seed=1, \
                           threads=None, progress=None)"
     )]
@@ -822,7 +828,8 @@ impl PyStudy {
     /// Examples
     /// --------
     /// >>> import ocmc
-    /// >>> study = ocmc.Study("battery-truck").set("vehicle.powertrain.battery_electric.battery.capacity_j", 1.8e8)
+    /// >>> capacity = "vehicle.powertrain.battery_electric.battery.capacity_j"
+    /// >>> study = ocmc.Study("battery-truck").set(capacity, 1.8e8)
     /// >>> answer = study.range(cycles=20)
     /// >>> answer["trips"], answer["depleted"], answer["curve"][0]["share"]
     /// (20, 20, 1.0)
@@ -888,7 +895,10 @@ impl PyStudy {
     /// >>> half["capacity_j"] < most["capacity_j"]
     /// True
     #[pyo3(
-        signature = (*, cycles, arrive=None, kg_per_kwh=0.0, season=None, seed=None, first_cycle=None, threads=None, progress=None),
+        signature = (
+            *, cycles, arrive=None, kg_per_kwh=0.0, season=None, seed=None, first_cycle=None,
+            threads=None, progress=None
+        ),
         text_signature = "($self, *, cycles, arrive=0.95, kg_per_kwh=0.0, season=None, seed=1, \
                           first_cycle=0, threads=None, progress=None)"
     )]

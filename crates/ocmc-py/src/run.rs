@@ -345,7 +345,8 @@ impl PyRun {
     /// Examples
     /// --------
     /// >>> import ocmc
-    /// >>> loads = ocmc.Study("electric-regional").set("mission.length_m", 20e3).run(cycles=40).loads()
+    /// >>> study = ocmc.Study("electric-regional").set("mission.length_m", 20e3)
+    /// >>> loads = study.run(cycles=40).loads()
     /// >>> len(loads), loads["place"][0]
     /// (96, np.str_('depot'))
     fn loads(&self) -> Option<Table> {

@@ -219,7 +219,10 @@ impl JsonSchema for CompareAnswer {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let one = generator.subschema_for::<ComparedStudies>();
         let several = generator.subschema_for::<Vec<ComparedStudies>>();
-        json_schema!({ "description": "Of two studies one comparison, of more a list", "anyOf": [one, several] })
+        json_schema!({
+            "description": "Of two studies one comparison, of more a list",
+            "anyOf": [one, several]
+        })
     }
 }
 

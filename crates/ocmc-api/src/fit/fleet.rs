@@ -67,8 +67,8 @@ const NO_WEIGHT: &str = "none";
 /// use ocmc_api::{Answer, FleetOptions, FleetRequest, Source, fit_fleet};
 /// let folder = tempfile::tempdir().expect("a directory");
 /// let file = folder.path().join("records.csv");
-/// let records = "truck_id,consumption_l_per_100km\na,30.1\na,31.9\na,30.8\nb,33.5\nb,32.0\nb,33.1\n\
-///                c,29.0\nc,30.2\nc,28.1\n";
+/// let records = "truck_id,consumption_l_per_100km\na,30.1\na,31.9\na,30.8\nb,33.5\nb,32.0\n\
+///                b,33.1\nc,29.0\nc,30.2\nc,28.1\n";
 /// std::fs::write(&file, records).expect("space");
 /// let request = FleetRequest {
 ///     records: Source::File(file),

@@ -15,8 +15,8 @@ use std::fmt;
 /// ```
 /// use ocmc_core::distribution::Quantity;
 /// let number: Quantity = serde_json::from_str("5.3").unwrap();
-/// let law: Quantity =
-///     serde_json::from_str(r#"{"distribution":"log_normal","median":5.3,"log_sd":0.04}"#).unwrap();
+/// let text = r#"{"distribution":"log_normal","median":5.3,"log_sd":0.04}"#;
+/// let law: Quantity = serde_json::from_str(text).unwrap();
 /// assert!(number.centre() == law.centre());
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -143,7 +143,8 @@ fn a_diesel_truck_costs_what_t3co_publishes() {
 fn a_battery_truck_costs_what_t3co_publishes() {
     let costing = t3co_shared(&json!({
         "depot_charging_per_kwh": [
-            0.237768062, 0.248335114, 0.243064981, 0.238469355, 0.234950988, 0.234850111, 0.236372996,
+            0.237768062, 0.248335114, 0.243064981, 0.238469355, 0.234950988, 0.234850111,
+            0.236372996,
         ],
         "charging_efficiency": 0.86,
         "electric_maintenance_per_km": 0.0,

@@ -134,8 +134,9 @@ pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity, repeat: &Repea
         let command = trace_command(run, repeat, cycle_id);
         let _ = writeln!(
             text,
-            "<tr><td>{cycle_id}</td><td>{value}</td><td>{payload_t:.1}</td><td>{km}</td><td>{speed_kmh}</td>\
-             <td>{climb_m_per_km:.1}</td><td>{n_stops}</td><td class=\"words\">{command}</td></tr>"
+            "<tr><td>{cycle_id}</td><td>{value}</td><td>{payload_t:.1}</td><td>{km}</td>\
+             <td>{speed_kmh}</td><td>{climb_m_per_km:.1}</td><td>{n_stops}</td>\
+             <td class=\"words\">{command}</td></tr>"
         );
     }
     text.push_str("</tbody></table></div>\n");

@@ -458,7 +458,10 @@ fn a_wrong_dictionary_names_the_key() {
         let error = study::load_json::<&str>(&dictionary, &[]).expect_err(message).to_string();
         assert!(error.contains(message), "`{message}` is not in:\n{error}");
     };
-    let mission = |mission: serde_json::Value| serde_json::json!({ "study": { "base": "field-truck" }, "mission": mission });
+    let mission = |mission: serde_json::Value| {
+        let study = serde_json::json!({ "base": "field-truck" });
+        serde_json::json!({ "study": study, "mission": mission })
+    };
     assert_says(
         mission(serde_json::json!({ "length_m": null })),
         "`mission.length_m` is null or nan",

@@ -183,7 +183,9 @@ impl ComparedTruck {
                 "description": "One truck and the typical driver in VECTO's air",
             },
             "vehicle": {
-                "base": request.truck.base(), "drag_area_m2": drag_area_m2, "drag_by_speed": by_speed,
+                "base": request.truck.base(),
+                "drag_area_m2": drag_area_m2,
+                "drag_by_speed": by_speed,
                 "rolling_temperature_coefficient_per_k": 0.0,
                 "auxiliary_power_w": self.auxiliary_w,
             },

@@ -492,8 +492,9 @@ mod tests {
     fn two_gears() -> GearboxModel {
         serde_json::from_value(serde_json::json!({
             "ratio": [14.94, 1.0], "loss_torque_nm": 5.1,
-            "loss_torque_nms": 0.1, "loss_floor_nm": 200.0, "retarder_torque_nms2": 2e-4, "direct_loss_share": 0.005,
-            "indirect_loss_share": 0.02, "retarder_torque_nm": 10.0, "axle_ratio": 2.64,
+            "loss_torque_nms": 0.1, "loss_floor_nm": 200.0, "retarder_torque_nms2": 2e-4,
+            "direct_loss_share": 0.005, "indirect_loss_share": 0.02,
+            "retarder_torque_nm": 10.0, "axle_ratio": 2.64,
             "axle_loss_torque_nm": 40.0, "axle_loss_share": 0.015,
             "shift": { "duration_s": 1.0, "interval_s": 2.0, "minimum_speed_mps": 0.5,
                 "opposite_interval_s": 10.0, "before_ramp_s": 4.0,

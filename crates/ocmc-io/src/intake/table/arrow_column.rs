@@ -102,7 +102,8 @@ fn times(column: &dyn Array) -> Option<StringArray> {
                 }
                 _ => column.value_as_datetime(i).map(|time| format!("{time:?}")),
             };
-            Some((0..column.len()).map(|i| if column.is_valid(i) { cell(i) } else { None }).collect())
+            let valid = |i: usize| if column.is_valid(i) { cell(i) } else { None };
+            Some((0..column.len()).map(valid).collect())
         }
         _ => None,
     )
