@@ -13,37 +13,38 @@ from ocmc._summary import Summary
 __all__ = [
     "OperatingCycle", "Run", "Study", "Table", "__version__", "benchmark", "calibrate_curve_speed",
     "compare", "detect_curves", "fit_curve_speed", "fit_fleet", "fit_operating_cycle",
-    "fit_speed_change", "fit_traffic", "fit_weather", "identify", "joined", "label", "learn", "load",
-    "merge", "mixed_fleet", "road", "run_from", "simulator_study", "studies", "unpickled", "unpickled_table",
-    "validate", "vehicles",
+    "fit_speed_change", "fit_traffic", "fit_weather", "identify", "joined", "label", "learn",
+    "load", "merge", "mixed_fleet", "road", "run_from", "simulator_study", "studies", "unpickled",
+    "unpickled_table", "validate", "vehicles",
 ]
 # fmt: on
 
 __version__: str
 
+_Path: TypeAlias = str | PathLike[str]
+_Format: TypeAlias = Literal["parquet", "csv"]
 _Columns: TypeAlias = Mapping[str, str] | None
+_Array: TypeAlias = npt.NDArray[Any]
 _Progress: TypeAlias = bool | Callable[[int, int], object] | None
 
-def load(path: str | PathLike[str]) -> Run: ...
+def load(path: _Path) -> Run: ...
 
 # fmt: off
 def compare(
     a: Study, b: Study, *, cycles: SupportsIndex, seed: SupportsIndex = 1,
-    first_cycle: SupportsIndex = 0, column: str | None = None,
-    out: str | PathLike[str] | None = None, format: Literal["parquet", "csv"] | None = None,
-    names: Sequence[str] | None = None, threads: SupportsIndex | None = None,
-    progress: _Progress = None,
+    first_cycle: SupportsIndex = 0, column: str | None = None, out: _Path | None = None,
+    format: _Format | None = None, names: Sequence[str] | None = None,
+    threads: SupportsIndex | None = None, progress: _Progress = None,
 ) -> Answer: ...
 def mixed_fleet(
-    study: str | PathLike[str] | Mapping[str, Any], *, seed: SupportsIndex = 1,
-    out: str | PathLike[str] | None = None, format: Literal["parquet", "csv"] | None = None,
-    threads: SupportsIndex | None = None, progress: _Progress = None,
+    study: _Path | Mapping[str, Any], *, seed: SupportsIndex = 1, out: _Path | None = None,
+    format: _Format | None = None, threads: SupportsIndex | None = None, progress: _Progress = None,
 ) -> Answer: ...
 def benchmark(
     trips: object, study: Study, *, columns: _Columns = None, since: str | None = None,
     group: str | None = None, names: bool = False, speed: bool = True, cycles: int = 3200,
-    seed: SupportsIndex = 1, threads: SupportsIndex | None = None,
-    out: str | PathLike[str] | None = None, progress: _Progress = None,
+    seed: SupportsIndex = 1, threads: SupportsIndex | None = None, out: _Path | None = None,
+    progress: _Progress = None,
 ) -> Answer: ...
 def calibrate_curve_speed(
     curves: object, study: Study, *, columns: _Columns = None, drivers: int = 240, trips: int = 1,
@@ -52,10 +53,10 @@ def calibrate_curve_speed(
     progress: _Progress = None,
 ) -> Answer: ...
 def learn(
-    folder: str | PathLike[str], *, base: str = "field-truck", name: str = "my-fleet",
-    columns: _Columns = None, hold_back: float = 0.2, amount_noise: float = 0.03,
-    weight_noise: float = 0.05, seed: SupportsIndex = 1, threads: SupportsIndex | None = None,
-    page: str | PathLike[str] | None = None, progress: _Progress = None,
+    folder: _Path, *, base: str = "field-truck", name: str = "my-fleet", columns: _Columns = None,
+    hold_back: float = 0.2, amount_noise: float = 0.03, weight_noise: float = 0.05,
+    seed: SupportsIndex = 1, threads: SupportsIndex | None = None, page: _Path | None = None,
+    progress: _Progress = None,
 ) -> Answer: ...
 # fmt: on
 def detect_curves(
@@ -163,7 +164,7 @@ def validate(
     logs: object,
     study: Study,
     *,
-    road: str | PathLike[str] | None = None,
+    road: _Path | None = None,
     trips: SupportsIndex = 2000,
     seed: SupportsIndex = 1,
     columns: _Columns = None,
@@ -175,7 +176,7 @@ def validate(
     steering_ratio: float | None = None,
     wheelbase_m: float | None = None,
     run_in_m: float = 500.0,
-    out: str | PathLike[str] | None = None,
+    out: _Path | None = None,
     threads: SupportsIndex | None = None,
     progress: _Progress = None,
 ) -> Answer: ...
@@ -186,18 +187,13 @@ def simulator_study(
     seed: SupportsIndex = 1,
     gains: bool = True,
     speed_term: Literal["simulated", "measured", "none"] = "simulated",
-    out: str | PathLike[str] | None = None,
+    out: _Path | None = None,
     threads: SupportsIndex | None = None,
     progress: _Progress = None,
 ) -> Answer: ...
 def studies() -> dict[str, str]: ...
 def vehicles() -> dict[str, str]: ...
-def merge(
-    parts: Sequence[str | PathLike[str]],
-    *,
-    out: str | PathLike[str],
-    format: Literal["parquet", "csv"] | None = None,
-) -> Run: ...
+def merge(parts: Sequence[_Path], *, out: _Path, format: _Format | None = None) -> Run: ...
 def run_from(arguments: Sequence[str]) -> int: ...
 def label(column: str) -> tuple[str, float]: ...
 def joined(parts: Sequence[Run], wall_s: float, threads: int) -> Run: ...
@@ -208,9 +204,7 @@ def unpickled_table(stream: bytes, sum: bytes) -> Table: ...
 
 @final
 class Study:
-    def __new__(
-        cls, source: str | PathLike[str] | Mapping[str, Any], allow_files: bool = True
-    ) -> Study: ...
+    def __new__(cls, source: _Path | Mapping[str, Any], allow_files: bool = True) -> Study: ...
     @property
     def name(self) -> str: ...
     @property
@@ -229,9 +223,9 @@ class Study:
         first_cycle: SupportsIndex = 0,
         threads: SupportsIndex | None = None,
         precision: str | None = None,
-        out: str | PathLike[str] | None = None,
+        out: _Path | None = None,
         resume: bool = False,
-        format: Literal["parquet", "csv"] | None = None,
+        format: _Format | None = None,
         progress: _Progress = None,
     ) -> Run: ...
     def drive(
@@ -242,7 +236,7 @@ class Study:
         columns: _Columns = None,
         keep: Sequence[Literal["weather", "traffic", "mission"]] | None = None,
         draw: Sequence[Literal["stops", "limits", "hills", "curves"]] | None = None,
-        stop_plan: str | PathLike[str] | None = None,
+        stop_plan: _Path | None = None,
         follow_speed: Literal["driver", "exact"] | None = None,
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,
@@ -311,8 +305,8 @@ class Study:
         self, *, cycles: SupportsIndex, seed: SupportsIndex = 1, first_cycle: SupportsIndex = 0,
         column: str | None = None, factors: Sequence[str] | None = None,
         over: Literal["trip", "truck"] = "trip", crossed: SupportsIndex | None = None,
-        shapley: bool = False, out: str | PathLike[str] | None = None,
-        threads: SupportsIndex | None = None, progress: _Progress = None,
+        shapley: bool = False, out: _Path | None = None, threads: SupportsIndex | None = None,
+        progress: _Progress = None,
     ) -> Answer: ...
     def sweep(
         self, points: object, *, cycles: SupportsIndex, against: Literal["first", "base"] = "first",
@@ -328,7 +322,7 @@ class Study:
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,
         column: str | None = None,
-        out: str | PathLike[str] | None = None,
+        out: _Path | None = None,
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
@@ -375,18 +369,14 @@ class Run:
     def first_cycle(self) -> int: ...
     def summary(self) -> Summary: ...
     def report(self) -> str: ...
-    def save(
-        self, path: str | PathLike[str], *, format: Literal["parquet", "csv"] = "parquet"
-    ) -> None: ...
-    def to_excel(self, path: str | PathLike[str]) -> None: ...
+    def save(self, path: _Path, *, format: _Format = "parquet") -> None: ...
+    def to_excel(self, path: _Path) -> None: ...
     def to_pandas(self) -> pd.DataFrame: ...
     def to_polars(self) -> pl.DataFrame: ...
-    def __array__(
-        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
-    ) -> npt.NDArray[Any]: ...
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> _Array: ...
     def __arrow_c_schema__(self) -> object: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
-    def __getitem__(self, column: str, /) -> npt.NDArray[Any]: ...
+    def __getitem__(self, column: str, /) -> _Array: ...
     def __contains__(self, column: object, /) -> bool: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
@@ -397,13 +387,11 @@ class Table:
     @property
     def columns(self) -> list[str]: ...
     def keys(self) -> list[str]: ...
-    def to_dict(self) -> dict[str, npt.NDArray[Any]]: ...
+    def to_dict(self) -> dict[str, _Array]: ...
     def to_pandas(self) -> pd.DataFrame: ...
     def to_polars(self) -> pl.DataFrame: ...
-    def __array__(
-        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
-    ) -> npt.NDArray[Any]: ...
-    def __getitem__(self, column: str, /) -> npt.NDArray[Any]: ...
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> _Array: ...
+    def __getitem__(self, column: str, /) -> _Array: ...
     def __contains__(self, column: object, /) -> bool: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
@@ -426,7 +414,5 @@ class OperatingCycle:
     def __contains__(self, name: object, /) -> bool: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
-    def __array__(
-        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
-    ) -> npt.NDArray[Any]: ...
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> _Array: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
