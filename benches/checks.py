@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Check what a run costs: `python3 benches/checks.py [cycles] [kilometres] [threads] [memory] [start]`, all without a name.
 
-`--store` measures five figures instead and appends them to `history.csv` beside this file, a line for each commit and
-machine; `--numba 6.7 --fastsim 99` puts the ratios that `peers/run.py` printed beside them. Needs `cargo build --release`. CPU time is the user's, of the whole command; memory is the largest resident set. The figures
-depend on what else the machine does; those of CPU time and memory the least.
+`--store` measures five figures instead and appends them to `history.csv` beside this file, a line
+for each commit and machine; `--numba 6.7 --fastsim 99` puts the ratios that `peers/run.py` printed
+beside them. Needs `cargo build --release`. CPU time is the user's, of the whole command; memory is
+the largest resident set. The figures depend on what else the machine does; those of CPU time and
+memory the least.
 """
 
 import argparse

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """How well a large run would use many processors: ``python3 benches/schedule.py [--km 10] [--cycles 1000000]``.
 
-Runs of 512 cycles are driven one by one, and the time of each is noted (a trace of times). What the thread that takes
-the records does for each is measured by itself: adding to the summary, writing chunks, putting the file of records
-together. Then the program's own rule is simulated with them: threads take the next few cycles while their lanes drive the
-last, one thread takes the records in order, and at most two chunks a thread wait for it. At the end a thread's lanes run
-empty. CPU time throughout: other work on the machine hardly matters. What waiting for a disk costs is `--sync-ms`, five
-for each 1024 records. Needs Linux and `cargo build --release`.
+Runs of 512 cycles are driven one by one, and the time of each is noted (a trace of times). What the
+thread that takes the records does for each is measured by itself: adding to the summary, writing
+chunks, putting the file of records together. Then the program's own rule is simulated with them:
+threads take the next few cycles while their lanes drive the last, one thread takes the records in
+order, and at most two chunks a thread wait for it. At the end a thread's lanes run empty. CPU time
+throughout: other work on the machine hardly matters. What waiting for a disk costs is `--sync-ms`,
+five for each 1024 records. Needs Linux and `cargo build --release`.
 """
 
 import argparse
@@ -60,8 +61,8 @@ class Behind(NamedTuple):
 class Sink(NamedTuple):
     """CPU time for each record, in s.
 
-    By the thread that takes the records; by those that write chunks; at the end by those that encode groups of rows, and
-    by the one that puts these together.
+    By the thread that takes the records; by those that write chunks; at the end by those that
+    encode groups of rows, and by the one that puts these together.
     """
 
     summary_s: float
@@ -149,7 +150,8 @@ def simulate(
 ) -> Schedule:
     """Simulate the rule of the program.
 
-    `taking_s` is what the records of a chunk take, `tail_s` how long the lanes of a thread run empty at the end.
+    `taking_s` is what the records of a chunk take, `tail_s` how long the lanes of a thread run
+    empty at the end.
     """
     free = [0.0] * threads  # when each thread takes its next chunk
     taken: deque[float] = deque()  # when the records of each chunk are taken, in order

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Reasons for gear shifts: ``python3 benches/shifts.py [--study field-truck] [--cycles 400] [--vecto FOLDER]``.
 
-Traces of a study and time series of VECTO (`.vmod`, `.vmod.gz`) are cut into pieces of 5 km. Shifts per km of a piece are
-regressed, by least squares, on its stops and changes of the limit per km, the share of its way that is steeper than 2 %,
-and its road types (of VECTO: its missions). A table in Markdown, with standard errors: pieces of one drive count as one
-observation, those of VECTO's few drives each by itself. ``--many 800`` lists the cycles of the run with more shifts per
-100 km, and how many of their shifts lie near a stop. Needs numpy and `cargo build --release`.
+Traces of a study and time series of VECTO (`.vmod`, `.vmod.gz`) are cut into pieces of 5 km. Shifts
+per km of a piece are regressed, by least squares, on its stops and changes of the limit per km, the
+share of its way that is steeper than 2 %, and its road types (of VECTO: its missions). A table in
+Markdown, with standard errors: pieces of one drive count as one observation, those of VECTO's few
+drives each by itself. ``--many 800`` lists the cycles of the run with more shifts per 100 km, and
+how many of their shifts lie near a stop. Needs numpy and `cargo build --release`.
 """
 
 import argparse

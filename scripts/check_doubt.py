@@ -1,8 +1,8 @@
 """Check `ocmc doubt` by paired runs: the ten largest effects within 20 % or two standard errors.
 
-Usage: python3 scripts/check_doubt.py target/release/ocmc [STUDY] [CYCLES] [SEED]. The ranges are read from
-the text of the study and of its vehicle; each end is settings with which `ocmc compare` drives the study once
-more, under another seed.
+Usage: python3 scripts/check_doubt.py target/release/ocmc [STUDY] [CYCLES] [SEED]. The ranges are
+read from the text of the study and of its vehicle; each end is settings with which `ocmc compare`
+drives the study once more, under another seed.
 """
 
 import json

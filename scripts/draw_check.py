@@ -3,11 +3,12 @@
 
     scripts/draw_check.py OCMC [--roads 60] [--cycles 3000] [--seed 1] [STUDY ...]
 
-Roads of each study are written with `ocmc cycle` and driven whole; stripped to positions and limits, with
-stops, hills and curves drawn; and stripped to their lengths, with all drawn. The same trucks and drivers
-drive them. Prints by how much mean, P5 and P95 of the consumption differ, in %, and exits with 1 where
-limits alone miss the mean by more than 2 % or a quantile by more than 4 %, where lengths alone miss the
-mean by more than 4 %, or where a mean and the same one adjusted differ by more than twice half the interval.
+Roads of each study are written with `ocmc cycle` and driven whole; stripped to positions and
+limits, with stops, hills and curves drawn; and stripped to their lengths, with all drawn. The same
+trucks and drivers drive them. Prints by how much mean, P5 and P95 of the consumption differ, in %,
+and exits with 1 where limits alone miss the mean by more than 2 % or a quantile by more than 4 %,
+where lengths alone miss the mean by more than 4 %, or where a mean and the same one adjusted differ
+by more than twice half the interval.
 """
 
 import argparse

@@ -3,10 +3,11 @@
 
     scripts/fleet_by_hand.py OCMC [--trucks 400] [--trips 50] [--length 20000]
 
-OCMC is the program. By hand, truck k is a run of its own seed in which every trip takes driver and truck from
-cycle 0 (`simulation.frozen`); nested, it is truck k of one run with `--trucks --trips`. The draws differ, the
-laws do not: mean, SD of trips, SD between the means of trucks, and the variance between trucks have to agree
-within two standard errors of their difference. Exit status 1 where they do not.
+OCMC is the program. By hand, truck k is a run of its own seed in which every trip takes driver and
+truck from cycle 0 (`simulation.frozen`); nested, it is truck k of one run with `--trucks --trips`.
+The draws differ, the laws do not: mean, SD of trips, SD between the means of trucks, and the
+variance between trucks have to agree within two standard errors of their difference. Exit status 1
+where they do not.
 """
 
 import argparse

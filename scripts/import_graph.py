@@ -228,7 +228,8 @@ def main() -> int:
     for source in sorted(ROOT.glob("crates/*/src")):
         name, graph = source.parent.name, rooms(source)
         draw(f"rooms of {name}", graph)
-        # all circles: one arrow of each that is found is taken away before the next one is looked for
+        # all circles: one arrow of each that is found is taken away before the next one is looked
+        # for
         left = {room: dict(arrows) for room, arrows in graph.items()}
         while found := circle(left):
             files = [str(graph[a][b].relative_to(ROOT)) for a, b in itertools.pairwise(found)]

@@ -1,7 +1,7 @@
 """Reckon the stored effects of judged numbers again: configs/judged-effects.csv.
 
-Usage: python3 scripts/judged_effects.py target/release/ocmc [STUDY...]. It takes some ten minutes on two
-cores for all built-in studies. Run it when a built-in study changes, which the test
+Usage: python3 scripts/judged_effects.py target/release/ocmc [STUDY...]. It takes some ten minutes
+on two cores for all built-in studies. Run it when a built-in study changes, which the test
 `every_built_in_study_has_its_effects` notices.
 """
 

@@ -1,13 +1,13 @@
 """How well `ocmc learn` does on made-up exports of a hilly, heavy fleet whose truth is known.
 
-A fleet has judged numbers of `field-truck` drawn with the ends of their ranges as one SD, hills half as
-steep again, heavy loads, and takes at least a fifth more than the default. Its export is a folder with
-a table of 60 trips (3 % noise of fuel, 5 % of weight) and either logs of 1 Hz with speed, positions,
-altitude, yaw rate, limit and consumption, or GPX tracks. The learnt study then answers what the true
-one does, and the trips that were held back are counted in their intervals.
+A fleet has judged numbers of `field-truck` drawn with the ends of their ranges as one SD, hills
+half as steep again, heavy loads, and takes at least a fifth more than the default. Its export is a
+folder with a table of 60 trips (3 % noise of fuel, 5 % of weight) and either logs of 1 Hz with
+speed, positions, altitude, yaw rate, limit and consumption, or GPX tracks. The learnt study then
+answers what the true one does, and the trips that were held back are counted in their intervals.
 
-    python scripts/learn_check.py OCMC --fleets 5 --kind logs [--splits 20] [--truth 20000] [--keep DIR]
-    python scripts/learn_check.py OCMC --fleets 5 --kind gpx
+    python scripts/learn_check.py OCMC --fleets 5 --kind logs [--splits 20] [--truth 20000] [--keep
+    DIR] python scripts/learn_check.py OCMC --fleets 5 --kind gpx
 """
 
 # ruff: noqa: PLR0915, S311 (made-up exports, one after the other)

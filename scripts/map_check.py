@@ -3,13 +3,14 @@
 
     scripts/map_check.py EXTRACT.osm.pbf [TRIPS [SEED]]
 
-Tiles are built of the extract, and ways between random places of it are driven: a place each 10 m, with
-errors of 3 m that fade over 300 m. `ocmc.map.route` lays them on the map again, and on a made-up hill, and
-`ocmc drive` drives the table. Compared are the length of the way, the altitudes, and the lights, give ways
-and stop signs with the extract's own nodes within 1.5 m of the way. Needs `pip install '.[map]' osmium`, and
-says what it skips without them. Exits with 1 where lengths differ by more than 2 % in sum, where more than
-10 % of the lights are missed or not in the extract, or where more than a
-tenth of the altitudes (bridges and tunnels are straight) is off by more than 0.5 m.
+Tiles are built of the extract, and ways between random places of it are driven: a place each 10 m,
+with errors of 3 m that fade over 300 m. `ocmc.map.route` lays them on the map again, and on a
+made-up hill, and `ocmc drive` drives the table. Compared are the length of the way, the altitudes,
+and the lights, give ways and stop signs with the extract's own nodes within 1.5 m of the way. Needs
+`pip install '.[map]' osmium`, and says what it skips without them. Exits with 1 where lengths
+differ by more than 2 % in sum, where more than 10 % of the lights are missed or not in the extract,
+or where more than a tenth of the altitudes (bridges and tunnels are straight) is off by more than
+0.5 m.
 """
 
 import importlib.util

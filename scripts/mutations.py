@@ -5,14 +5,14 @@
     scripts/mutations.py 3 17      these two
     scripts/mutations.py --list     what would be changed, nothing is built
 
-Each row of MUTATIONS is one change. The tree is copied to a temporary folder, all changes are written
-into it at once, each behind `if mutant(number)`, and compiled once; then the tests run with one change
-turned on at a time by an environment variable. Tests of value stability, which notice that anything
-changed, are left out. The tests named in a row are those that should notice it on principle; where they
-do not, all others run.
+Each row of MUTATIONS is one change. The tree is copied to a temporary folder, all changes are
+written into it at once, each behind `if mutant(number)`, and compiled once; then the tests run with
+one change turned on at a time by an environment variable. Tests of value stability, which notice
+that anything changed, are left out. The tests named in a row are those that should notice it on
+principle; where they do not, all others run.
 
-The code of a row must occur exactly once in the sources (white space does not matter, tests beside the
-code do not count), or the script stops: a row whose code was renamed is to be mended.
+The code of a row must occur exactly once in the sources (white space does not matter, tests beside
+the code do not count), or the script stops: a row whose code was renamed is to be mended.
 """
 
 import argparse
@@ -43,7 +43,8 @@ class Mutation:
     tests: str  # "EXECUTABLE FILTER..." separated by ";", the executables as in EXECUTABLES
 
 
-# ------------------------------------------------------------------------------------------ the list
+# ------------------------------------------------------------------------------------------ the
+# list
 PHYSICS = [
     Mutation(
         "empty cells of a fuel map: the row's mean slope in place of its last",
@@ -510,8 +511,8 @@ STATISTICS = [
 
 MUTATIONS = PHYSICS + PLANNING + SAMPLING + STATISTICS
 
-# ----------------------------------------------------------------------------------------- the script
-# package and target of cargo, in the order in which all tests of a change run
+# ----------------------------------------------------------------------------------------- the
+# script package and target of cargo, in the order in which all tests of a change run
 EXECUTABLES = {
     "core": ("ocmc-core", "lib"),
     "core-it": ("ocmc-core", "test"),

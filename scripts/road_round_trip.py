@@ -3,10 +3,10 @@
 
     scripts/road_round_trip.py OCMC [--logs 200] [--cycles 4000] [--seed 5] [--directory DIR]
 
-Each log is a trip of the fleet at 1 Hz: position, speed with 0.05 m/s of noise, altitude with 3 m, yaw rate
-with 0.003 rad/s, the limit of trucks, the road type, and the objects of a map beside the way. `fit
-operating-cycle` fits a study to the logs, over the default one. Mean, P5, P50 and P95 of its litres per
-100 km have to lie within 3 % of the fleet's own. Exit status 1 where one does not.
+Each log is a trip of the fleet at 1 Hz: position, speed with 0.05 m/s of noise, altitude with 3 m,
+yaw rate with 0.003 rad/s, the limit of trucks, the road type, and the objects of a map beside the
+way. `fit operating-cycle` fits a study to the logs, over the default one. Mean, P5, P50 and P95 of
+its litres per 100 km have to lie within 3 % of the fleet's own. Exit status 1 where one does not.
 """
 
 import argparse

@@ -3,13 +3,13 @@
 
     scripts/thinned_roads.py OCMC [--roads 8] [--cycles 10] [--seed 40]
 
-Roads of straights and bends with ramps, a point each 5 m, 20 km long, of five kinds: radii of 50 to 500 m, 50
-to 2000 m, 700 to 2500 m, motorways of 1500 to 6000 m, and quarter turns of 15 to 40 m in a city. Each is
-thinned so that no point moves by more than a tolerance (Douglas and Peucker), or to even spacings, written as
-a route with latitude, longitude and limit, and driven by the same trucks as the whole road. Prints, by kind
-and thinning, the consumption over that of the whole road, less 1, in %: `!` marks `sparse-points`, `B`
-`beeline`. At the end: answers that are more than 2 % off without a warning, and those less than 0.5 % off
-with one.
+Roads of straights and bends with ramps, a point each 5 m, 20 km long, of five kinds: radii of 50 to
+500 m, 50 to 2000 m, 700 to 2500 m, motorways of 1500 to 6000 m, and quarter turns of 15 to 40 m in
+a city. Each is thinned so that no point moves by more than a tolerance (Douglas and Peucker), or to
+even spacings, written as a route with latitude, longitude and limit, and driven by the same trucks
+as the whole road. Prints, by kind and thinning, the consumption over that of the whole road, less
+1, in %: `!` marks `sparse-points`, `B` `beeline`. At the end: answers that are more than 2 % off
+without a warning, and those less than 0.5 % off with one.
 """
 
 import argparse

@@ -1,10 +1,11 @@
 """How well `ocmc calibrate totals` does on invented fleets whose truth is known.
 
-Each fleet has the largest judged numbers of `field-truck` drawn with the ends of their ranges as one SD;
-a fifth of the fleets is drawn half as wide again, a fifth drives other mixes of roads. Its table has
-trips with noise of fuel and weight. The default study and the calibrated one then answer what the true
-one does: mean, P5 and P95 of the consumption, what less drag, less rolling resistance, a tonne more and
-a lower limiter change, and what an electric truck takes. Python's standard library is enough.
+Each fleet has the largest judged numbers of `field-truck` drawn with the ends of their ranges as
+one SD; a fifth of the fleets is drawn half as wide again, a fifth drives other mixes of roads. Its
+table has trips with noise of fuel and weight. The default study and the calibrated one then answer
+what the true one does: mean, P5 and P95 of the consumption, what less drag, less rolling
+resistance, a tonne more and a lower limiter change, and what an electric truck takes. Python's
+standard library is enough.
 
     python scripts/totals_check.py OCMC --fleets 100 --rows 10 60 1000 [--climb] [--truth 20000]
     python scripts/totals_check.py OCMC --fleets 10 --rows 60 --spoil payload

@@ -3,11 +3,11 @@
     python3 scripts/tracks_check.py [OCMC [TRIPS [SEED]]]
 
 Trips of `field-truck` are driven (`ocmc trace`), laid on a plane by their yaw rate, and exported as
-a receiver would have them: a row each 1, 5 or 10 s, with errors of 3 m across and 4 m in height that
-fade over 30 s, and gaps of up to a minute. GPX, GeoJSON, KML, CSV with decimal commas, XLSX (where
-openpyxl is installed) and rFMS are read back by `ocmc fit operating-cycle` without `--map`. Compared
-are the number of trips, the length, and the SD of the slopes, which the fit has to have within 5 %,
-or within its own interval.
+a receiver would have them: a row each 1, 5 or 10 s, with errors of 3 m across and 4 m in height
+that fade over 30 s, and gaps of up to a minute. GPX, GeoJSON, KML, CSV with decimal commas, XLSX
+(where openpyxl is installed) and rFMS are read back by `ocmc fit operating-cycle` without `--map`.
+Compared are the number of trips, the length, and the SD of the slopes, which the fit has to have
+within 5 %, or within its own interval.
 """
 
 import csv

@@ -1,7 +1,8 @@
 """Make the files of the tutorial "Your fleet in an afternoon": what a made-up haulier has.
 
-Ten trucks of a hilly, heavy fleet make 60 trips each. Trucks differ by an SD of 3 %, and new tyres save
-4 % since July. The folder has a workbook with the trips, GPX tracks of some, and the log of a truck.
+Ten trucks of a hilly, heavy fleet make 60 trips each. Trucks differ by an SD of 3 %, and new tyres
+save 4 % since July. The folder has a workbook with the trips, GPX tracks of some, and the log of a
+truck.
 
     python scripts/tutorial_export.py OCMC docs/src/tutorial/export
 """

@@ -3,10 +3,10 @@
 
     scripts/what_routes_lack.py OCMC [--study field-truck] [--roads 200] [--cycles 20] [--seed 1]
 
-Each road of the study is written with `ocmc cycle` and driven by the same trucks: whole, and without the
-tracks of each set of parts. Prints, by set, the consumption over that of the whole road, less 1, in %: its
-mean and the 95th percentile of its magnitude. The rows are those of `WORTH_PERCENT` in
-crates/ocmc-io/src/intake/lacks.rs: bit 0 altitudes, bit 1 curves, bit 2 stops.
+Each road of the study is written with `ocmc cycle` and driven by the same trucks: whole, and
+without the tracks of each set of parts. Prints, by set, the consumption over that of the whole
+road, less 1, in %: its mean and the 95th percentile of its magnitude. The rows are those of
+`WORTH_PERCENT` in crates/ocmc-io/src/intake/lacks.rs: bit 0 altitudes, bit 1 curves, bit 2 stops.
 """
 
 import argparse

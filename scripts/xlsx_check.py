@@ -5,9 +5,9 @@
 
 A run of several trucks and one on two routes are written with `--format xlsx` and once more as CSV.
 LibreOffice converts each sheet to CSV, and each cell of `Records` and `By truck` is compared with
-`records.csv` and `trucks.csv`: words letter by letter, numbers to the 15 digits that it shows. A study
-that is called like a formula has to stay a text. Says what it skips, and exits with 0, where there is no
-`soffice`; with 1 where a cell differs.
+`records.csv` and `trucks.csv`: words letter by letter, numbers to the 15 digits that it shows. A
+study that is called like a formula has to stay a text. Says what it skips, and exits with 0, where
+there is no `soffice`; with 1 where a cell differs.
 """
 
 import csv

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Count what each part of the model costs: `python3 benches/instructions/features.py`.
 
-Turns parts of the default study off, one by one, and counts the kernel's lane-steps and instructions (AVX2) for a simulated
-second. The step has no branch for a part: what a part costs is the steps that it cuts and the lane events that it causes.
+Turns parts of the default study off, one by one, and counts the kernel's lane-steps and
+instructions (AVX2) for a simulated second. The step has no branch for a part: what a part costs is
+the steps that it cuts and the lane events that it causes.
 """
 
 import json

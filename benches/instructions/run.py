@@ -3,10 +3,11 @@
 
 ``python3 benches/instructions/run.py [--store]``
 
-The count does not depend on what else the machine does. It is the difference between driving planned cycles once more and
-not, so that neither start-up nor planning is in it. valgrind 3.19 knows no AVX-512; its callgrind counts the baseline and
-AVX2. NEON is counted by qemu-aarch64 with the plugin ``emulated.c``. A count belongs to one compiler: with another one it
-is shown, not judged. What is not installed is skipped with a message.
+The count does not depend on what else the machine does. It is the difference between driving
+planned cycles once more and not, so that neither start-up nor planning is in it. valgrind 3.19
+knows no AVX-512; its callgrind counts the baseline and AVX2. NEON is counted by qemu-aarch64 with
+the plugin ``emulated.c``. A count belongs to one compiler: with another one it is shown, not
+judged. What is not installed is skipped with a message.
 """
 
 import argparse

@@ -1,6 +1,7 @@
 """FASTSim's class-8 truck over the speeds that ocmc's trucks drove, one second a step.
 
-FASTSim 3.1.0 takes the first slope of a cycle for all of it, so the road is flat here, for it and for what it is compared with.
+FASTSim 3.1.0 takes the first slope of a cycle for all of it, so the road is flat here, for it and
+for what it is compared with.
 """
 
 import resource
@@ -11,7 +12,8 @@ from typing import Any
 import numpy as np
 from scenarios import Array, Scenarios
 
-# what FASTSim takes, as in tests/it/prescribed.rs: gravity, and the density of air that its drag energies say
+# what FASTSim takes, as in tests/it/prescribed.rs: gravity, and the density of air that its drag
+# energies say
 FASTSIM_GRAVITY_MPS2 = 9.80
 FASTSIM_AIR_KGPM3 = 1.1729
 GRAVITY_MPS2 = 9.80665

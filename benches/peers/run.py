@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Time ocmc and its rivals on the same scenarios, on one core, in turns, and print the table of docs/src/peers.md.
 
-``python3 benches/peers/run.py [--rounds N] [--cycles N] [--only KIND ...] [--folder target/peers] [--no-build]``
+``python3 benches/peers/run.py [--rounds N] [--cycles N] [--only KIND ...] [--folder target/peers]
+[--no-build]``
 
-Installs the rivals of requirements.txt into FOLDER/venv, builds ocmc, exports the scenarios with ocmc's answers, gives each
-rival the longest step at which it is as right as ocmc, and then runs rounds in which everybody drives once. Needs nothing but
-Python and a Rust toolchain; a rival that cannot be installed is skipped with a message.
+Installs the rivals of requirements.txt into FOLDER/venv, builds ocmc, exports the scenarios with
+ocmc's answers, gives each rival the longest step at which it is as right as ocmc, and then runs
+rounds in which everybody drives once. Needs nothing but Python and a Rust toolchain; a rival that
+cannot be installed is skipped with a message.
 """
 
 import argparse
@@ -25,7 +27,8 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-# mean absolute bias against 1 ms up to which energies are equally good, but for what ocmc itself has, rounded up to ROUNDING
+# mean absolute bias against 1 ms up to which energies are equally good, but for what ocmc itself
+# has, rounded up to ROUNDING
 EQUAL_ERROR, ROUNDING = 5e-4, 1e-4
 # differences up to which two answers are the same: in closed loop at one step, and on one trace
 SAME_CLOSED_LOOP = 5e-3
@@ -35,7 +38,8 @@ LEVELS = {"baseline": "SSE2 or NEON", "avx2": "AVX2", "avx512": "AVX-512"}
 TRUTH_S = 0.001
 # rounds of `peers drive` in one timing of the kernel alone
 KERNEL_ROUNDS = 8
-# half-width of the mean's 95 % interval that is asked for, and the trips from which the plain number is taken
+# half-width of the mean's 95 % interval that is asked for, and the trips from which the plain
+# number is taken
 PRECISION, PLAIN_TRIPS = 2e-3, 10_000
 
 # kind, what it is, customary steps, whether other steps are tried for 0.05 %, cycles of a round

@@ -1,8 +1,9 @@
 """The closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and a better one.
 
-Three integrators over the same rules (truck_rules.py): `heun`, Heun's method with cut steps; `growing`, the same with ocmc's own
-steps, which grow where the acceleration is steady, and lags that are stable with them; and `euler`, semi-implicit steps of fixed
-length. All book less than ocmc does: time, distance, wheel energy and fuel, no balance and no look at the progress.
+Three integrators over the same rules (truck_rules.py): `heun`, Heun's method with cut steps;
+`growing`, the same with ocmc's own steps, which grow where the acceleration is steady, and lags
+that are stable with them; and `euler`, semi-implicit steps of fixed length. All book less than ocmc
+does: time, distance, wheel energy and fuel, no balance and no look at the progress.
 """
 
 from collections.abc import Callable
@@ -44,7 +45,8 @@ from scenarios import (
 
 PASSING = 2e-3
 MOST_STEPS = 20_000_000
-# ocmc's rule for the length of steps (kernel/step/step_length.rs): shares of the longest one, changes of acceleration in m/s²
+# ocmc's rule for the length of steps (kernel/step/step_length.rs): shares of the longest one,
+# changes of acceleration in m/s²
 SHORT_SHARE, AFTER_JUMP = 0.25, 0.07
 AIM_MPS2, TOO_MUCH_MPS2, SMALLEST_MPS2 = 0.03, 0.05, 1e-9
 

@@ -1,9 +1,10 @@
 """The rules of ocmc's driver and truck for one truck, in numba: what a step of any integrator asks.
 
-They are those that `field-truck` has turned on, as docs/src/theory/closed-loop-rules.md and the theory pages say them: the
-forecast of a driver who knows his truck, feed-forward on braking ramps and on rises, an acceleration that falls with speed, the
-held pedal in balance, the gearbox that looks ahead and skips gears, rolling with an open clutch, crests passed slowly, grip by
-the driven axle. Nothing is here for what that study has turned off.
+They are those that `field-truck` has turned on, as docs/src/theory/closed-loop-rules.md and the
+theory pages say them: the forecast of a driver who knows his truck, feed-forward on braking ramps
+and on rises, an acceleration that falls with speed, the held pedal in balance, the gearbox that
+looks ahead and skips gears, rolling with an open clutch, crests passed slowly, grip by the driven
+axle. Nothing is here for what that study has turned off.
 """
 
 from collections.abc import Callable
@@ -67,7 +68,8 @@ def upshift_ratios(per_m: Array, shift: dict[str, Any]) -> tuple[Array, Array]:
 def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     """Compile the rules of a study; its numbers become constants of the machine code.
 
-    `inlined` compiles into the caller what the compiler would call: pedals, forces and gears, a sixth of the time.
+    `inlined` compiles into the caller what the compiler would call: pedals, forces and gears, a
+    sixth of the time.
     """
     study = model["study"]
     vehicle, driver_model = study["vehicle"], study["driver"]
@@ -225,9 +227,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     ) -> tuple:
         """Give what the driver knows by feel; `k`: cell of the engine's speed in the last step, `drag`: of the air then.
 
-        It is outputs that keep the speed, follow a braking ramp, and give his peak acceleration; the push at which he lifts his
-        foot; the output that holds back a truck which a descent pushes harder; decelerations of coasting in gear and with an
-        open clutch; and the output that gives his acceleration.
+        It is outputs that keep the speed, follow a braking ramp, and give his peak acceleration;
+        the push at which he lifts his foot; the output that holds back a truck which a descent
+        pushes harder; decelerations of coasting in gear and with an open clutch; and the output
+        that gives his acceleration.
         """
         mass, open_mass, _, _, _, deceleration, from_rest, per_mps, peak_ratio = truck
         coasting, released, per_force, moving = pedal_forces(v, k, per_m, loss, launches, truck)
@@ -289,8 +292,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     ) -> tuple:
         """Desired speed, three functions of it, and its square on a braking ramp.
 
-        The functions rise through zero where the driver leaves the accelerator before a braking ramp, where he shifts up no more
-        before one (but for the truck's own speed), and where the rise with his acceleration has come to the plan.
+        The functions rise through zero where the driver leaves the accelerator before a braking
+        ramp, where he shifts up no more before one (but for the truck's own speed), and where the
+        rise with his acceleration has come to the plan.
         """
         braking = backward + 2.0 * deceleration * left
         level = min(limit, ceiling)
@@ -339,8 +343,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     ) -> tuple:
         """Decide for a step what the driver does.
 
-        It is whether a ramp is there, the speed rises, a pedal is held, and which; whether the driver follows a rise, the truck
-        coasts, and rolls with an open clutch; and the function that tells of coasting before a crest.
+        It is whether a ramp is there, the speed rises, a pedal is held, and which; whether the
+        driver follows a rise, the truck coasts, and rolls with an open clutch; and the function
+        that tells of coasting before a crest.
         """
         _, _, _, _, _, _, _, threshold, entry, _, _ = d
         desired, to_lead, _, to_plan, braking = wish

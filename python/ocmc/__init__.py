@@ -1,7 +1,7 @@
 """Monte Carlo simulation of the energy use of fleets of trucks over stochastic operating cycles.
 
-A study describes the fleet: operating cycles, drivers, vehicles. A run drives many cycles of it and keeps one
-record a cycle. SI units throughout, with the unit as a name's suffix.
+A study describes the fleet: operating cycles, drivers, vehicles. A run drives many cycles of it and
+keeps one record a cycle. SI units throughout, with the unit as a name's suffix.
 
 Examples
 --------

@@ -10,8 +10,8 @@ _QUANTILES = ["p5", "p25", "p50", "p75", "p95", "p99"]
 class Summary(Answer):
     """The summary of a run: the content of ``summary.json``, printed as the command prints it.
 
-    Statistics are over completed cycles: the mean is the fleet's (total over total) with its 95 % interval,
-    standard deviation and quantiles are per cycle.
+    Statistics are over completed cycles: the mean is the fleet's (total over total) with its 95 %
+    interval, standard deviation and quantiles are per cycle.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """Data of a map along a GPS track: limits, lights, signs, altitudes (``pip install '.[map]'``).
 
-From files of yours alone, never from a web service: Valhalla's tiles, which ``valhalla_build_tiles`` makes of
-an OpenStreetMap extract, and rasters of altitudes. Valhalla's wheel needs Python 3.12.
+From files of yours alone, never from a web service: Valhalla's tiles, which
+``valhalla_build_tiles`` makes of an OpenStreetMap extract, and rasters of altitudes. Valhalla's
+wheel needs Python 3.12.
 
 Examples
 --------
@@ -79,16 +80,17 @@ def route(
     Parameters
     ----------
     track : dict of str to sequence of float, or table
-        Columns ``lat`` and ``lon`` in degrees (WGS 84), one row a sample, in the order of the drive and some
-        100 m apart at most.
+        Columns ``lat`` and ``lon`` in degrees (WGS 84), one row a sample, in the order of the drive
+        and some 100 m apart at most.
     tiles : str or os.PathLike
         Valhalla's configuration (``valhalla.json``), which names the tiles.
     elevation : sequence of str or os.PathLike
-        Rasters of altitudes in m (GeoTIFF, HGT and other files of GDAL's). The first that has a value counts.
-        On bridges and in tunnels the altitude is straight between their ends.
+        Rasters of altitudes in m (GeoTIFF, HGT and other files of GDAL's). The first that has a
+        value counts. On bridges and in tunnels the altitude is straight between their ends.
     fill_m : float
-        Longest stretch without a limit in the map, in m, that takes the limit before it, or at the start the
-        one behind it. Where one is longer, the route has no column of limits: ``--draw limits`` draws them.
+        Longest stretch without a limit in the map, in m, that takes the limit before it, or at the
+        start the one behind it. Where one is longer, the route has no column of limits: ``--draw
+        limits`` draws them.
 
     Returns
     -------
@@ -100,9 +102,9 @@ def route(
     ModuleNotFoundError
         Where the extra is not installed.
     ValueError
-        Where a place is no place, where the track leaves the map's roads for more than 200 m on the way or
-        takes a ferry, where rasters have no value or no coordinates, or where the configuration loads tiles
-        from the web.
+        Where a place is no place, where the track leaves the map's roads for more than 200 m on the
+        way or takes a ferry, where rasters have no value or no coordinates, or where the
+        configuration loads tiles from the web.
     OSError
         Where a file cannot be read.
 

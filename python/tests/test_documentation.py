@@ -22,7 +22,8 @@ README = ROOT / "README.md"
 INDEX_PAGE = ROOT / "python" / "README.md"  # that of a package index
 PAGE = ROOT / "docs" / "src" / "reference" / "python.md"
 
-# what a docstring need not have: sections that most have no use for, and rules of style that ruff looks after
+# what a docstring need not have: sections that most have no use for, and rules of style that ruff
+# looks after
 UNNEEDED = {
     "ES01",
     "SA01",

@@ -28,7 +28,8 @@ def fit(curves):
 
 def test_the_paper_s_simulator_tables(fit):
     f = {row["term"]: row["f"] for row in fit["anova"] if row["f"] is not None}
-    # the data were made of the printed mean squares, which have four digits, for the direction three
+    # the data were made of the printed mean squares, which have four digits, for the direction
+    # three
     assert (f["radius"], f["driver"]) == pytest.approx((87.6916, 65.7463), rel=2e-4)
     assert f["direction"] == pytest.approx(0.0882, rel=3e-3)
     estimated, fixed = fit["estimated"], fit["fixed"]

@@ -248,7 +248,8 @@ def test_a_missing_extra_is_named(monkeypatch, config, valhalla):
 
 def test_altitudes_are_linear_between_cells_and_straight_on_bridges(valhalla, config, tmp_path):
     rasterio = pytest.importorskip("rasterio")
-    # cells of 0.001 degrees: a plane in the south, a valley for the bridge, and another file in the north
+    # cells of 0.001 degrees: a plane in the south, a valley for the bridge, and another file in the
+    # north
     bridge = {"speed_limit": 50, "bridge": True}
     valhalla.Actor.given = answer((5, {"speed_limit": 50}), (2, bridge), (5, {"speed_limit": 50}))
     files = [tmp_path / "south.tif", tmp_path / "north.tif"]

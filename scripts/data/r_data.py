@@ -1,7 +1,7 @@
 """Reads the tables of an R data file: the part of R's serialization (version 3, XDR) that these need.
 
-The format is described in "R Internals", section "Serialization Formats". Kinds of items that a table of
-numbers and texts does not have are refused.
+The format is described in "R Internals", section "Serialization Formats". Kinds of items that a
+table of numbers and texts does not have are refused.
 """
 
 import bz2

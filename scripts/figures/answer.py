@@ -1,6 +1,7 @@
 """Draw the first picture of the README: a fleet's consumption, and what a truck of less drag saves.
 
-``scripts/figures/answer.py`` writes ``docs/images/answer.svg`` (10,000 cycles, 15 seconds on two cores).
+``scripts/figures/answer.py`` writes ``docs/images/answer.svg`` (10,000 cycles, 15 seconds on two
+cores).
 """
 
 from pathlib import Path

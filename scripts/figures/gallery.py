@@ -1,7 +1,7 @@
 """Execute the notebooks of the gallery and write their pages: ``scripts/figures/gallery.py [NAME...]``.
 
-A page has the notebook's text and code and what the cells show. The caption of a picture is the cell's
-``metadata.caption``.
+A page has the notebook's text and code and what the cells show. The caption of a picture is the
+cell's ``metadata.caption``.
 """
 
 import re

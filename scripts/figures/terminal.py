@@ -1,6 +1,7 @@
 """Draw the terminal's picture of the README: ``ocmc --cycles 10000``, as docs/images/run.svg.
 
-``scripts/figures/terminal.py [PROGRAM]`` writes it: the quickest of five runs, as others may use the machine.
+``scripts/figures/terminal.py [PROGRAM]`` writes it: the quickest of five runs, as others may use
+the machine.
 """
 
 import html

@@ -1,9 +1,9 @@
 r"""Mark the formulas of a page.
 
-``$…$`` within a line and ``$$…$$`` become spans whose every sign is escaped, so that Markdown leaves
-underscores, backslashes and bars alone, in tables too; ``docs/src/guide.js`` typesets them in the browser.
-Code is never a formula. A dollar is money or shell where a space follows it, where a space stands before
-its partner, or a letter or digit after it, and where it is written ``\$``.
+``$…$`` within a line and ``$$…$$`` become spans whose every sign is escaped, so that Markdown
+leaves underscores, backslashes and bars alone, in tables too; ``docs/src/guide.js`` typesets them
+in the browser. Code is never a formula. A dollar is money or shell where a space follows it, where
+a space stands before its partner, or a letter or digit after it, and where it is written ``\$``.
 """
 
 import re

@@ -4,7 +4,8 @@ import re
 from html.parser import HTMLParser
 from urllib.parse import unquote, urlsplit
 
-# made by mdBook for itself: all pages in one, the page of a missing page, the table of contents as a frame
+# made by mdBook for itself: all pages in one, the page of a missing page, the table of contents as
+# a frame
 NOT_PAGES = {"print.html", "404.html", "toc.html"}
 
 

@@ -30,7 +30,8 @@ name = "electric"
 study = "electric-regional"
 trucks = 3
 """
-# commands by the kind of the report: each writes KIND/report.html, or the run that `ocmc report` reads
+# commands by the kind of the report: each writes KIND/report.html, or the run that `ocmc report`
+# reads
 COMMANDS = {
     "run": ["--cycles", 400],
     "one-cycle": ["--cycles", 1],

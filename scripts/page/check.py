@@ -32,8 +32,8 @@ MOST_ELEMENTS = 200
 SOON_S = 0.3
 BUSY = 3.0
 LATE_S = 1.5
-# the same in a tab, whose engine is slower; a median of more, by the work that waits for a processor, is
-# a fault
+# the same in a tab, whose engine is slower; a median of more, by the work that waits for a
+# processor, is a fault
 SOON_IN_TAB_S = 1.0
 # lines of numbers that an answer has at least
 FEWEST_LINES = 20

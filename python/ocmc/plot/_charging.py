@@ -45,8 +45,8 @@ def loads(run: Run, *, place: str | None = None, ax: Axes | None = None) -> Axes
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: the mean over the days, and a band from the median day up to the one that 19 of 20 stay
-        below.
+        The axes: the mean over the days, and a band from the median day up to the one that 19 of 20
+        stay below.
 
     Examples
     --------
@@ -92,7 +92,8 @@ def loads(run: Run, *, place: str | None = None, ax: Axes | None = None) -> Axes
 def state_of_charge(run: Run, *, ax: Axes | None = None) -> Axes:
     """Draw the state of charge of a run's trips over the distance.
 
-    It is known at departure, before and behind each charging, and at the end, and drawn straight between.
+    It is known at departure, before and behind each charging, and at the end, and drawn straight
+    between.
 
     Parameters
     ----------
@@ -177,7 +178,8 @@ def seasons(run: Run, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: bars for summer and winter, in kWh/km, and between them what each kind of loss adds.
+        The axes: bars for summer and winter, in kWh/km, and between them what each kind of loss
+        adds.
 
     Examples
     --------

@@ -33,16 +33,17 @@ def comparison(
     column : str, optional
         A column of the records; by default the consumption that the first run has.
     names : sequence of str, optional
-        What the two are called; by default by their studies, and as A and B where those have one name.
+        What the two are called; by default by their studies, and as A and B where those have one
+        name.
     ax : matplotlib.axes.Axes, optional
         Axes to draw into; new ones by default.
 
     Returns
     -------
     matplotlib.axes.Axes
-        Those axes: shares of each run's cycles, a dashed line at the mean of each. It is that of the
-        fleet with half its 95 % interval, or that of the cycles, without one, where the column is no
-        quantity of the summary.
+        Those axes: shares of each run's cycles, a dashed line at the mean of each. It is that of
+        the fleet with half its 95 % interval, or that of the cycles, without one, where the column
+        is no quantity of the summary.
 
     Raises
     ------

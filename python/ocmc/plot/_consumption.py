@@ -41,7 +41,8 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
     run : Run
         A run. Only completed cycles count.
     column : str, optional
-        Another column of the records; by default litres per 100 km, or kWh/km where there is no fuel.
+        Another column of the records; by default litres per 100 km, or kWh/km where there is no
+        fuel.
     ax : matplotlib.axes.Axes, optional
         Where to draw; new axes by default.
 

@@ -23,8 +23,8 @@ def cost(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a bar for each study, of its items one after the other. What is negative, such as the
-        residual value, lies to the left of zero, and a line marks the total.
+        The axes: a bar for each study, of its items one after the other. What is negative, such as
+        the residual value, lies to the left of zero, and a line marks the total.
 
     Examples
     --------

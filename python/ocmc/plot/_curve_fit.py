@@ -35,7 +35,8 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     Parameters
     ----------
     curves : table
-        The curves: ``radius_m``, ``speed_mps``, and where known ``driver`` and ``direction`` (left, right).
+        The curves: ``radius_m``, ``speed_mps``, and where known ``driver`` and ``direction`` (left,
+        right).
     fit : dict
         What `fit_curve_speed` or ``ocmc fit curve-speed --json`` gives for them.
     ax : matplotlib.axes.Axes, optional
@@ -44,13 +45,13 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: radius in m, on a logarithmic scale, and speed in km/h. The inner band holds 95 % of the
-        drivers' own medians, the outer one 95 % of the curves.
+        The axes: radius in m, on a logarithmic scale, and speed in km/h. The inner band holds 95 %
+        of the drivers' own medians, the outer one 95 % of the curves.
 
     Notes
     -----
-    The law is v = v₀ (R/R₀)^δ exp(driver + residual), both normal: Romano, Godio, Bruzelius, Johannesson,
-    equation of the curve speed.
+    The law is v = v₀ (R/R₀)^δ exp(driver + residual), both normal: Romano, Godio, Bruzelius,
+    Johannesson, equation of the curve speed.
 
     Examples
     --------
@@ -119,7 +120,8 @@ def curve_fit_by_driver(
     Parameters
     ----------
     curves : table
-        The curves: ``driver``, ``radius_m``, ``speed_mps``, and where known ``direction`` (left, right).
+        The curves: ``driver``, ``radius_m``, ``speed_mps``, and where known ``direction`` (left,
+        right).
     fit : dict
         What `fit_curve_speed` or ``ocmc fit curve-speed --json`` gives for them.
     ax : sequence of matplotlib.axes.Axes, optional
@@ -128,9 +130,9 @@ def curve_fit_by_driver(
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes, in the order of the drivers' names: radius in m, logarithmic, and speed in km/h. The line is
-        the least-squares regression of log v on log R over this driver's curves; dashed, the law fitted to
-        all. A driver whose curves have one radius has no line.
+        The axes, in the order of the drivers' names: radius in m, logarithmic, and speed in km/h.
+        The line is the least-squares regression of log v on log R over this driver's curves;
+        dashed, the law fitted to all. A driver whose curves have one radius has no line.
 
     Raises
     ------

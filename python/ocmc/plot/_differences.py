@@ -20,8 +20,8 @@ def differences(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | Non
     Parameters
     ----------
     a, b : Run
-        Two runs of the same seed and cycle ids, such as those that ``ocmc.compare(..., out=)`` writes.
-        Only cycles that both completed count.
+        Two runs of the same seed and cycle ids, such as those that ``ocmc.compare(..., out=)``
+        writes. Only cycles that both completed count.
     column : str, optional
         A column of the records; by default the consumption that the first run has.
     ax : matplotlib.axes.Axes, optional

@@ -24,8 +24,8 @@ def doubt(answer: Mapping[str, Any], *, most: int = 15, ax: Axes | None = None) 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a pair of bars for each entry, from the unmoved mean to both ends of its range, the one
-        that matters most on top.
+        The axes: a pair of bars for each entry, from the unmoved mean to both ends of its range,
+        the one that matters most on top.
 
     Examples
     --------

@@ -23,16 +23,16 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     answer : dict
         What `identify` or ``ocmc identify --json`` gives.
     ax : sequence of matplotlib.axes.Axes, optional
-        Where to draw, three of them for a PID controller, two for a switched one; new axes by default, one
-        above the other.
+        Where to draw, three of them for a PID controller, two for a switched one; new axes by
+        default, one above the other.
 
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes of K_P, K_I and K_D, of a switched controller of K_P and its threshold e_SW; gains are
-        logarithmic. A point is one event with its 95 % interval, a driver's steepest climb on the left; a
-        hollow one is not identified, as where it ran to a bound. A K_D that noise has put below 0 has no
-        place there: its interval alone is seen.
+        The axes of K_P, K_I and K_D, of a switched controller of K_P and its threshold e_SW; gains
+        are logarithmic. A point is one event with its 95 % interval, a driver's steepest climb on
+        the left; a hollow one is not identified, as where it ran to a bound. A K_D that noise has
+        put below 0 has no place there: its interval alone is seen.
 
     Raises
     ------

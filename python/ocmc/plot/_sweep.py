@@ -24,9 +24,9 @@ def sweep(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -> lis
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes: means and differences with their 95 % intervals over the values of the first key, and
-        a line for each value of the second. Words and laws stand side by side in the order of the
-        points. A dashed line is the study itself, where the points are compared with it.
+        The axes: means and differences with their 95 % intervals over the values of the first key,
+        and a line for each value of the second. Words and laws stand side by side in the order of
+        the points. A dashed line is the study itself, where the points are compared with it.
 
     Raises
     ------

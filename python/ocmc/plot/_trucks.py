@@ -100,8 +100,9 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: for each factor a bar for each answer, its first-order share with the 95 % interval.
-        They are not stacked: each is an estimate with an error of its own, and they sum to no whole.
+        The axes: for each factor a bar for each answer, its first-order share with the 95 %
+        interval. They are not stacked: each is an estimate with an error of its own, and they sum
+        to no whole.
 
     Examples
     --------
