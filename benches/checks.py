@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Check what a run costs: `python3 benches/checks.py [cycles] [kilometres] [threads] [memory] [start]`, all without a name.
+"""Check what a run costs.
+
+``python3 benches/checks.py [cycles] [kilometres] [threads] [memory] [start]``, all without a name.
 
 `--store` measures five figures instead and appends them to `history.csv` beside this file, a line
 for each commit and machine; `--numba 6.7 --fastsim 99` puts the ratios that `peers/run.py` printed

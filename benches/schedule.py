@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""How well a large run would use many processors: ``python3 benches/schedule.py [--km 10] [--cycles 1000000]``.
+"""Simulates how well a large run would use many processors.
+
+``python3 benches/schedule.py [--km 10] [--cycles 1000000]``
 
 Runs of 512 cycles are driven one by one, and the time of each is noted (a trace of times). What the
 thread that takes the records does for each is measured by itself: adding to the summary, writing
@@ -72,7 +74,7 @@ class Sink(NamedTuple):
     assembly_s: float
 
     def behind(self, cycles: int, threads: int) -> Behind:
-        """Give what is done behind the last chunk: groups are encoded side by side, and put together meanwhile."""
+        """Give the work behind the last chunk: groups are encoded, and put together meanwhile."""
         busy_s = cycles * (self.encoding_s + self.assembly_s)
         return Behind(max(cycles * self.assembly_s, busy_s / min(threads, MOST_ENCODERS)), busy_s)
 

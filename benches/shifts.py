@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Reasons for gear shifts: ``python3 benches/shifts.py [--study field-truck] [--cycles 400] [--vecto FOLDER]``.
+"""Reasons for gear shifts.
+
+``python3 benches/shifts.py [--study field-truck] [--cycles 400] [--vecto FOLDER]``
 
 Traces of a study and time series of VECTO (`.vmod`, `.vmod.gz`) are cut into pieces of 5 km. Shifts
 per km of a piece are regressed, by least squares, on its stops and changes of the limit per km, the
@@ -144,7 +146,10 @@ def pieces(drive: Drive, number: int) -> Iterable[Piece]:
 def regression(
     found: Sequence[Piece], together: bool
 ) -> tuple[list[str], np.ndarray, np.ndarray, float]:
-    """Give names, coefficients, standard errors and R²; ``together``: the pieces of a drive are one observation."""
+    """Give names, coefficients, standard errors and R².
+
+    ``together``: the pieces of a drive are one observation.
+    """
     kinds = sorted({kind for piece in found for kind in piece.kinds})
     names = [
         "stop",

@@ -18,7 +18,7 @@ def answer(*arguments: str) -> str:
 
 
 def ranges(program: str, study: str) -> dict[str, dict[str, list]]:
-    """Read the keys of each entry of a study, of its bases and of its vehicle, with their ranges."""
+    """Read the keys of each entry of a study, its bases and its vehicle, with their ranges."""
     text = tomllib.loads(answer(program, "study", "show", study))
     base = text["study"].get("base")
     found = ranges(program, base) if base else {}

@@ -19,7 +19,7 @@ TOKEN = re.compile(
 
 
 def without_comments(text: str) -> str:
-    """Rust without its comments; string literals stay, on as many lines as before, without their content."""
+    """Rust without its comments; string literals stay without content, on as many lines."""
 
     def short(match: re.Match[str]) -> str:
         token = match[0]

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""A fleet of trucks by hand, beside the program's own: one study a truck, its driver and its truck frozen.
+"""A fleet of trucks by hand, beside the program's own: one study a truck.
+
+In each, the driver and the truck are frozen.
 
     scripts/fleet_by_hand.py OCMC [--trucks 400] [--trips 50] [--length 20000]
 
@@ -41,7 +43,10 @@ def consumption(trips: list[dict[str, str]]) -> list[float]:
 
 
 def levels(trucks: list[list[float]]) -> dict[str, tuple[float, float]]:
-    """Give each level's figure with its standard error; of spreads by leaving out one truck at a time."""
+    """Give each level's figure with its standard error.
+
+    Those of spreads are by leaving out one truck at a time.
+    """
     means = [statistics.fmean(trips) for trips in trucks]
     n = len(trucks)
 

@@ -141,7 +141,7 @@ def circle(graph: Graph) -> list[str]:
 
 
 def kernel_files(kernel: pathlib.Path) -> Graph:
-    """Find the imports between files of the kernel, by `room/file`; `mod` is what a room re-exports."""
+    """Find the imports between the kernel's files, by `room/file`; `mod` has the re-exports."""
     files = {str(path.relative_to(kernel).with_suffix("")): path for path in kernel.rglob("*.rs")}
     graph: Graph = {name: {} for name in sorted(files)}
     for name, path in files.items():

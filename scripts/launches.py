@@ -10,15 +10,15 @@ of speed, and perhaps one of gears, 0 while none is engaged (names: `TIMES`, `SP
 A *launch* in a log at whole seconds (others are read there, linearly between their samples):
 
 1. It begins at the last sample of a standstill, at most 0.5 km/h.
-2. It lasts until the speed has fallen by more than 1 m/s below its highest so far, the truck stands or the
-   log has a gap of more than 2 s. A gear change costs less than 1 m/s; who lifts for a queue loses
-   more.
-3. The time to a speed is that of its first crossing, between samples linearly; a launch that does not get
-   there counts for the lower speeds only.
-4. It is *free* as long as every 5 s bring at least 0.5 m/s: a full truck still gains that on a slope of 3 %,
-   so what gains less is held by a limit, a bend or the traffic, not by its engine.
-5. It is *sound* if no second changes the speed by more than 2.5 m/s: logs jump where their signal was lost.
-   What is free is sound, too.
+2. It lasts until the speed has fallen by more than 1 m/s below its highest so far, the truck stands
+   or the log has a gap of more than 2 s. A gear change costs less than 1 m/s; who lifts for a queue
+   loses more.
+3. The time to a speed is that of its first crossing, between samples linearly; a launch that does
+   not get there counts for the lower speeds only.
+4. It is *free* as long as every 5 s bring at least 0.5 m/s: a full truck still gains that on a
+   slope of 3 %, so what gains less is held by a limit, a bend or the traffic, not by its engine.
+5. It is *sound* if no second changes the speed by more than 2.5 m/s: logs jump where their signal
+   was lost. What is free is sound, too.
 
 A *stop* is a launch read backwards: from a speed, last crossed, down to the first sample of the
 standstill. The acceleration in a band of speeds is its width over the time from its first to its

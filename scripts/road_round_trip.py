@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""From a study to logs, to a fitted study, and back: two fleets whose roads are not the default ones.
+"""From a study to logs, to a fitted study, and back: two fleets with other roads than the default.
 
     scripts/road_round_trip.py OCMC [--logs 200] [--cycles 4000] [--seed 5] [--directory DIR]
 

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Count the instructions of a lane-step by the parts of the step: `python3 benches/instructions/parts.py [avx2|baseline]`.
+"""Count the instructions of a lane-step by the parts of the step.
+
+``python3 benches/instructions/parts.py [avx2|baseline]``
 
 Builds the core with line tables, runs it under callgrind, and gives each instruction to the
 innermost function of the model that it was inlined from. Needs valgrind and addr2line.

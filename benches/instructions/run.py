@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Count the kernel's instructions for a lane-step, and compare with the counts stored beside this file.
+"""Count the kernel's instructions for a lane-step, and compare with the counts beside this file.
 
 ``python3 benches/instructions/run.py [--store]``
 

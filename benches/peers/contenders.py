@@ -1,4 +1,4 @@
-"""Contenders that are timed: each prepares itself for the scenarios and then drives them, once a round.
+"""Contenders that are timed: each prepares itself for the scenarios and drives them once a round.
 
 Run as a program it is one contender, `contenders.py FOLDER KIND`. It says when it is ready and what
 it is; then each line of its input, `{"step_s": ..., "cycles": ...}`, is a round, answered with the

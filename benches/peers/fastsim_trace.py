@@ -71,7 +71,7 @@ class Follower:
         }
 
     def check(self, step_s: float, k: int) -> dict[str, Any]:
-        """Give the speeds that it reached, its positive wheel work, and the body that ocmc needs to say the same."""
+        """Give the speeds reached, the positive wheel work, and its body as ocmc needs it."""
         drive = self.drive(step_s, k, 1)
         drive.walk()
         table, whole = drive.to_dataframe(), drive.to_pydict()["veh"]

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Time ocmc and its rivals on the same scenarios, on one core, in turns, and print the table of docs/src/peers.md.
+"""Time ocmc and its rivals on the same scenarios, and print the table of docs/src/peers.md.
+
+All drive on one core, in turns.
 
 ``python3 benches/peers/run.py [--rounds N] [--cycles N] [--only KIND ...] [--folder target/peers]
 [--no-build]``
@@ -143,7 +145,10 @@ def environment(folder: Path) -> Path:
 
 
 def ocmc_round(entry: Entry, binary: Path, peers: Path) -> dict[str, Any]:
-    """Time ocmc itself: the whole command, or the kernel alone on planned cycles, at the level that its kind names."""
+    """Time ocmc itself, at the level that its kind names.
+
+    It is the whole command, or the kernel alone on planned cycles.
+    """
     if entry.kind == "ocmc":
         words = [binary, "--cycles", entry.cycles, "--seed", 1, "--threads", 1, "--quiet", "--json"]
         spent, text = timed([*words, "--set", f"simulation.step_s={entry.step_s}"])
@@ -211,7 +216,7 @@ def cpu_name() -> str:
 
 
 def mean_difference(found: list[float], right: list[float]) -> float:
-    """Mean absolute relative difference by cycle; a cycle that was not finished makes it infinite."""
+    """Mean absolute relative difference by cycle, infinite where a cycle was not finished."""
     cycles = len(right)
     total = sum(abs(value / right[k % cycles] - 1.0) for k, value in enumerate(found)) / len(found)
     return total if total == total else float("inf")  # noqa: PLR0124 - not a number
@@ -361,7 +366,7 @@ def prepare(options: argparse.Namespace, peers: Path) -> dict[str, Any]:
 
 
 def checked_on_trace(worker: Worker, entry: Entry, peers: Path) -> None:
-    """Let ocmc follow the rival's own speeds with the rival's body, and compare the work at the wheels."""
+    """Let ocmc follow the rival's speeds with the rival's body, and compare the wheel work."""
     checks = worker.about["checks"][str(entry.step_s)]
     found = [
         json.loads(timed([peers, "follow"], json.dumps(check["follow"]))[1])["wheel_j"]
@@ -379,7 +384,10 @@ def enter(
     allowed: tuple[float, float],
     peers: Path,
 ) -> list[Entry]:
-    """Try a rival's steps: the customary ones, and the longest one whose bias of wheel energy and fuel is allowed."""
+    """Try a rival's steps: the customary ones, and the longest one with an allowed bias.
+
+    It is the bias of wheel energy and fuel.
+    """
     kind, name, customary, tries, cycles = rival
     entries = [Entry(kind, name, step_s, cycles) for step_s in customary]
     if worker.about["checks"]:

@@ -1,4 +1,4 @@
-"""The closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and a better one.
+"""Closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and better.
 
 Three integrators over the same rules (truck_rules.py): `heun`, Heun's method with cut steps;
 `growing`, the same with ocmc's own steps, which grow where the acceleration is steady, and lags
@@ -117,7 +117,11 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
 
     @jit
     def truck_of(p: Array) -> tuple:
-        """Mass, moving mass without engine, driven mass, drag area, auxiliaries, deceleration, and those of the rise."""
+        """Masses, drag area, auxiliaries and decelerations.
+
+        In this order: mass, moving mass without engine, driven mass, drag area, auxiliaries,
+        deceleration, and those of the rise.
+        """
         return (
             p[MASS],
             p[MASS] + wheel_mass,
@@ -132,7 +136,10 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
 
     @jit
     def lag(dt: float, time_constant_s: float) -> tuple:
-        """Shares of a first-order lag over a step, by a fraction for exp(-x): x and the half of it, and their divisor's inverse."""
+        """Shares of a first-order lag over a step, by a fraction for exp(-x).
+
+        They are x and the half of it, and their divisor's inverse.
+        """
         x = dt / time_constant_s
         over = (x * (1.0 / 12.0) + 0.5) * x
         return x, over, 1.0 / (1.0 + over)
@@ -143,7 +150,7 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
 
     @jit
     def rise_cut(before: float, after: float, part: float) -> float:
-        """Share of a step up to a little beyond where a function rises through zero, if that is earlier."""
+        """Share of a step up to a little beyond a function's rise through zero, if earlier."""
         if before < 0.0 < after:
             return min(part, (after * PASSING - before) / (after - before))
         return part
@@ -152,7 +159,7 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
     def pedal_function(
         output: float, demand: float, first_output: float, first_demand: float
     ) -> float:
-        """Rise through zero where the driver leaves the pedal that was pressed at first, or presses one."""
+        """Rise through zero where the driver leaves the pedal pressed at first, or presses one."""
         if first_output > 0.0:
             return -output
         return demand if first_demand < 0.0 else max(output, -demand)
@@ -178,7 +185,10 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
         gathers: bool,
         gear: int,
     ) -> float:
-        """Rise through zero where the engine comes to a shifting line, to where the clutch opens, or to a slipping gear."""
+        """Rise through zero where the engine's speed changes the state of gear or clutch.
+
+        It comes to a shifting line, to where the clutch opens, or to a slipping gear.
+        """
         turns = v * per_m_of[gear]
         if not closed:
             return turns - free_w

@@ -89,7 +89,7 @@ def load(folder: Path) -> Scenarios:
 
 
 def curve_cells(engine: dict[str, Any]) -> Array:
-    """Full load at zero speed and its slope, drag at zero speed and its slope, for each cell of engine speed."""
+    """Full load and drag at zero speed and their slopes, for each cell of engine speed."""
     middle = (np.arange(CELLS) + 0.5) / CELLS_PER_RADPS
 
     def lines(x: list[float], y: list[float]) -> Array:

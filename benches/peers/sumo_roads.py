@@ -1,4 +1,6 @@
-"""SUMO on the exported roads: one truck on each, EIDM as its driver, the energy model of battery-electric vehicles.
+"""SUMO on the exported roads: one truck on each, EIDM as its driver.
+
+The energy model is that of battery-electric vehicles.
 
 The limits are the planned static speeds, signs, curves and traffic together; the slope is the
 exported one; stops last a second. Efficiencies of one, no recuperation and no auxiliaries make its

@@ -56,7 +56,10 @@ def refuse_others(driver: dict[str, Any]) -> None:
 
 
 def upshift_ratios(per_m: Array, shift: dict[str, Any]) -> tuple[Array, Array]:
-    """Engine speed for each m/s in the gear that an upshift waits for, in any case and of a truck that gathers speed."""
+    """Engine speed for each m/s in the gear that an upshift waits for.
+
+    It waits in any case, or where a truck gathers speed.
+    """
     up = np.append(per_m[1:], 0.0)
     skips = up.copy()
     if shift["most_steps"] > 1:
@@ -198,7 +201,7 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     def pedal_forces(
         v: float, k: int, per_m: float, loss: float, launches: bool, truck: tuple
     ) -> tuple:
-        """Give forces without a pedal, of a released accelerator, pedal for each N more, and the moving mass.
+        """Give forces without and with a released accelerator, pedal for each N more, moving mass.
 
         `k`: cell of the engine's speed at the step's start.
         """
@@ -225,7 +228,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         road: float,
         truck: tuple,
     ) -> tuple:
-        """Give what the driver knows by feel; `k`: cell of the engine's speed in the last step, `drag`: of the air then.
+        """Give what the driver knows by feel.
+
+        `k`: cell of the engine's speed in the last step, `drag`: of the air then.
 
         It is outputs that keep the speed, follow a braking ramp, and give his peak acceleration;
         the push at which he lifts his foot; the output that holds back a truck which a descent
@@ -312,7 +317,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     def coasting_function(
         v: float, braking: float, target: float, coasting: float, deceleration: float
     ) -> float:
-        """Rise through zero where a truck begins to coast before a crest; `target`: square of the speed to which it may."""
+        """Rise through zero where a truck begins to coast before a crest.
+
+        `target`: square of the speed to which it may.
+        """
         too_fast = v * v - target
         if v <= slowest_v or too_fast <= 0.0:
             return -1.0
@@ -381,7 +389,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         known: tuple,
         d: tuple,
     ) -> tuple:
-        """Both pedals: output of the controller, what the brakes see of it, accelerator, braking, and two rates."""
+        """Both pedals, and the output of the controller with the brakes' part of it.
+
+        In this order: output, what the brakes see of it, accelerator, braking, and two rates.
+        """
         (
             kp,
             ki,
@@ -431,7 +442,7 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     def couple(
         v: float, per_m: float, launches: bool, drives: bool, shifts: bool, rolls: bool
     ) -> tuple:
-        """Say whether the clutch is closed, whether torque passes, and how fast a free engine turns."""
+        """Say whether the clutch is closed and torque passes, and how fast a free engine turns."""
         turns = v * per_m
         slips = launches and drives and turns < launch_w
         closed = not slips and turns >= open_w and not rolls
@@ -451,7 +462,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         here: tuple,
         truck: tuple,
     ) -> tuple:
-        """Net force, command of the torque and its bounds, torques of gears and auxiliaries, forces of wheels and air.
+        """Net force, torques and forces of a stage.
+
+        In this order: net force, command of the torque and its bounds, torques of gears and
+        auxiliaries, forces of wheels and air.
 
         The torque is the one given and `response` times its command.
         """

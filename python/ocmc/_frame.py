@@ -1,4 +1,4 @@
-"""Data frames of tables, by the libraries that are there, and the rows that pandas takes by itself."""
+"""Data frames of tables, by the libraries that are there, and the rows that pandas takes."""
 
 from dataclasses import make_dataclass
 from importlib import import_module
@@ -49,7 +49,7 @@ def _library(name: str) -> Any:  # noqa: ANN401 (not everybody has it)
 
 
 def rows(table: "Table", dtype: Any, copy: bool | None) -> npt.NDArray[np.object_]:  # noqa: ANN401, FBT001
-    """Make an array of rows, objects whose attributes are the columns; a word that is missing is None.
+    """Make an array of rows, objects with the columns as attributes; a missing word is None.
 
     Raises
     ------

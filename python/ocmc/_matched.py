@@ -21,7 +21,7 @@ _URBAN_KMH, _MOTORWAY_KMH = 55.0, 82.0  # as `ocmc drive` has them, where a file
 def found(
     answer: Mapping[str, Any], signs: Mapping[int, str], fill_m: float, step_m: float
 ) -> tuple[dict[str, list[Any]], list[str]]:
-    """Give columns and account of a route: `bridged` is for its altitudes, and no column of a file."""
+    """Give columns and account of a route: `bridged` is for its altitudes, no column of a file."""
     shape, points = decoded(answer["shape"]), answer["matched_points"]
     edges = [e for e in answer["edges"] if e["end_shape_index"] > e["begin_shape_index"]]
     if not edges or bool((shape == shape[0]).all()):
@@ -88,7 +88,10 @@ def _checked_gap(before: Floats, after: Floats, edge: Mapping[str, Any]) -> floa
 def _limits(
     given: Sequence[float | str | None], lengths_m: Sequence[float], fill_m: float
 ) -> tuple[list[float | None], str]:
-    """Give the limit of each edge in km/h, none in a gap too long to be filled, and say what is missing."""
+    """Give the limit of each edge in km/h, and say what is missing.
+
+    There is none in a gap too long to be filled.
+    """
     limits = [
         None if v is None else _UNLIMITED_KMH if v == "unlimited" else float(v) for v in given
     ]

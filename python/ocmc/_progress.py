@@ -1,4 +1,4 @@
-"""The progress of a run: a line on a terminal, a bar in a notebook, the user's own callable, or nothing."""
+"""Progress of a run: a line on a terminal, a bar in a notebook, a callable, or nothing."""
 
 import sys
 import time

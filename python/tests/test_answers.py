@@ -1,4 +1,4 @@
-"""Answers of the command that Python gives, too: precision, resume, out, merge, crossed, lists, completion."""
+"""Answers of the command that Python gives: precision, resume, out, merge, crossed, lists."""
 
 import json
 import pickle

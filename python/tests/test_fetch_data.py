@@ -248,7 +248,7 @@ NIL = struct.pack(">i", 254)
 
 
 def test_a_table_of_r_is_read():
-    """Two columns as R writes them: numbers, one of them missing, and integers in the short form."""
+    """Two columns as R writes them: numbers, one missing, and integers in the short form."""
     numbers = struct.pack(">ii3d", 14, 3, 1.5, float("nan"), -2.0)
     symbol = struct.pack(">i", 1) + r_text(b"compact_intseq")
     info = struct.pack(">i", 2) + symbol + NIL
@@ -285,7 +285,7 @@ def test_roads_of_a_map_are_its_main_ones_inside_the_extract():
 
 @pytest.mark.skipif(os.name == "nt", reason="scripts/check is for bash")
 def test_tests_that_compared_nothing_are_named(tmp_path):
-    """The notes that tests leave, as `tests/it/others_data.rs` writes them, and what pytest prints."""
+    """Notes that tests leave, as `tests/it/others_data.rs` has them, and output of pytest."""
     check = [ROOT / "scripts/check", "--skipped"]
     notes = tmp_path / "tmp"
     notes.mkdir()

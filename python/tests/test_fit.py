@@ -14,7 +14,7 @@ CURVES = Path(__file__).parents[2] / "examples" / "data" / "simulator_curves.csv
 
 @pytest.fixture(scope="module")
 def curves():
-    """The curves whose regression equals the paper's simulator tables, as a dictionary of columns."""
+    """Curves whose regression equals the paper's simulator tables, as a dictionary of columns."""
     with CURVES.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     words = {name: [row[name] for row in rows] for name in ("driver", "direction")}
@@ -145,7 +145,7 @@ def test_files_that_cannot_be_read_are_os_errors(tmp_path):
 
 @pytest.fixture(scope="module")
 def log():
-    """Two drives at 10 m/s: straight, a left curve of 100 m, straight, a right curve of 50 m, straight."""
+    """Two drives at 10 m/s on straights, with a left curve of 100 m and a right one of 50 m."""
     time = np.arange(0.0, 80.0, 0.1)
     rate = np.where((time > 20) & (time < 30), 0.1, 0.0) - np.where(
         (time > 50) & (time < 56), 0.2, 0.0

@@ -1,4 +1,4 @@
-"""Fits of speed changes and operating cycles: the answers are the command's, whatever form the data have."""
+"""Fits of speed changes and operating cycles: the command's answers, for any form of data."""
 
 import csv
 import json

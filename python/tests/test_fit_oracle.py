@@ -28,7 +28,7 @@ def answer(*arguments):
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
 def curves(request, tmp_path_factory):
-    """Unbalanced two-way data: drivers with 5 to 60 curves, more left ones, radii that go with the driver."""
+    """Unbalanced data: drivers with 5 to 60 curves, more left ones, radii by the driver."""
     random = np.random.default_rng(request.param)
     counts = random.integers(5, 60, 12)
     driver = np.repeat(np.arange(12), counts)

@@ -167,7 +167,7 @@ BEGIN = dt.datetime(2024, 3, 31, 1, 58, tzinfo=zoneinfo.ZoneInfo("Europe/Berlin"
 
 @pytest.mark.parametrize("zone", [None, "UTC", "Europe/Berlin"])
 def test_columns_of_dates_are_times(zone):
-    """Seconds since the first row, over the change to summer time, as every library has its dates."""
+    """Seconds since the first row, over the change to summer time, by each library's dates."""
     truck = ocmc.Study("field-truck-loaded")
     wanted = truck.drive(SPEED, cycles=3, follow_speed="exact")
     at = [BEGIN.astimezone(dt.UTC) + dt.timedelta(seconds=second) for second in SPEED["time_s"]]

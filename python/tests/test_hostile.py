@@ -1,4 +1,4 @@
-"""No input makes the engine panic: whatever is given, the answer is a result or an ordinary exception."""
+"""Hostile inputs: the engine never panics, but gives a result or an ordinary exception."""
 
 import pickle
 
@@ -109,7 +109,7 @@ SPEEDS = [
 
 
 def tried(call, *arguments, **options):
-    """Call it: a result or an ordinary exception will do, a panic (which is no Exception) will not."""
+    """Call it: a result or an ordinary exception will do, a panic (no Exception) will not."""
     try:
         return call(*arguments, **options)
     except ORDINARY:

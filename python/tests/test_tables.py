@@ -1,4 +1,4 @@
-"""Tables: Arrow, pandas, polars, duckdb and numpy see the same numbers, without copies where possible."""
+"""Tables: Arrow, pandas, polars, duckdb and numpy see the same numbers, mostly without copies."""
 
 import hashlib
 import json
@@ -140,7 +140,7 @@ def test_what_is_no_schema_is_an_error(run, wrong):
 
 
 def test_a_million_records_become_a_data_frame_in_a_second(run, tmp_path):
-    """A quarter of a million in a quarter of a second: what does not grow with the rows makes it harder."""
+    """A quarter of a million rows in a quarter of a second: fixed costs make it harder."""
     pytest.importorskip("pandas")
     rows = 250_000
     large = _repeated(run, rows, tmp_path / "large")
@@ -157,7 +157,7 @@ def test_a_million_records_become_a_data_frame_in_a_second(run, tmp_path):
 
 
 def _repeated(run, rows, path):
-    """A run of that many records: not driven, but read from a directory that repeats a few cycles."""
+    """A run of that many records, read from a directory that repeats a few cycles."""
     run.save(path)
     table = pa.table(run.records)
     table = pa.concat_tables([table] * -(-rows // len(table))).slice(0, rows)

@@ -1,4 +1,4 @@
-"""The wheel: built, installed into an empty environment, quick to import, with the native command."""
+"""Wheel: built, installed into an empty environment, quick to import, with the command."""
 
 import os
 import subprocess

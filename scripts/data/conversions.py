@@ -1,4 +1,4 @@
-"""From the files of others to the tables that the tests read: formats and columns change, numbers do not."""
+"""Conversions of others' files to tables of the tests: formats and columns, never numbers."""
 
 import csv
 import gzip
@@ -18,7 +18,7 @@ LOADS = ("3-1", "3-2", "3-4")
 
 
 def udacity(data: bytes) -> bytes:
-    """Drop the paths of the images, sort by time, and round: angles to 6 decimals, the others to 4."""
+    """Drop the paths of images, sort by time, and round: angles to 6 decimals, others to 4."""
     rows = sorted(
         csv.DictReader(io.StringIO(data.decode())), key=lambda row: float(row["timestamp"])
     )

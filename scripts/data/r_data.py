@@ -1,4 +1,4 @@
-"""Reads the tables of an R data file: the part of R's serialization (version 3, XDR) that these need.
+"""Reads tables of an R data file, with R's serialization (version 3, XDR) as far as they need it.
 
 The format is described in "R Internals", section "Serialization Formats". Kinds of items that a
 table of numbers and texts does not have are refused.

@@ -159,7 +159,7 @@ def stop():
 
 
 def curve_entry():
-    """Curves: braking ends where the curve begins, its law holds inside, the truck speeds up behind it."""
+    """Curves: braking ends at the curve, its law holds inside, the truck speeds up behind it."""
     road, trace = drive()
     first_m, last_m = 24200.0, 26300.0
     rows = part_of(trace, first_m, last_m)

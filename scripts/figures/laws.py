@@ -13,7 +13,7 @@ G_PER_KWH = 3.6e9
 
 
 def curve_law():
-    """Curve speeds: the default law, the paper's printed law and its 25 trucks, and where the law ends."""
+    """Curve speeds: the default law, the paper's law and its 25 trucks, and the law's end."""
     law = ocmc.Study("field-truck").to_dict()["driver"]["curve_speed"]
     printed = ocmc.Study("field-truck-printed").to_dict()["driver"]["curve_speed"]
     simulator = ocmc.Study("simulator-truck").to_dict()["driver"]["curve_speed"]

@@ -81,7 +81,7 @@ class Browser:
         self._profile.cleanup()
 
     def size(self, width, height=900, *, dark=False, media=""):
-        """Set the size of the window in CSS pixels, the colours that the person prefers, and the medium."""
+        """Set the window's size in CSS pixels, the preferred colours, and the medium."""
         self._ask(
             "Emulation.setDeviceMetricsOverride",
             width=width,

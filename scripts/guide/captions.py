@@ -1,4 +1,4 @@
-"""Give the figures of a page their captions: a picture that is a paragraph of its own shows its words."""
+"""Give the figures of a page their captions: a picture in its own paragraph shows its words."""
 
 import re
 

@@ -23,7 +23,10 @@ _STUDY = re.compile(r"```toml\n(# (\S+\.toml): .*?)```", re.DOTALL)
 
 
 def faults(slow):
-    """Return (how many commands ran, the faults as (page, sentence)); without the program none runs."""
+    """Return the number of commands that ran, and the faults as (page, sentence).
+
+    Without the program none runs.
+    """
     commands = tomllib.loads(LIST.read_text(encoding="utf-8"))
     texts = {page: _text(ROOT / page) for page in commands["given"]}
     found = [fault for page in texts for fault in _unlisted(page, texts[page], commands)]

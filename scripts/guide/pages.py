@@ -1,4 +1,4 @@
-"""The built guide as a set of pages: where links lead, which pictures are shown, what is left of formulas."""
+"""Pages of the built guide: targets of links, pictures shown, and formulas not rendered."""
 
 import re
 from html.parser import HTMLParser

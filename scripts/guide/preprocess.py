@@ -1,4 +1,4 @@
-"""The preprocessor of mdBook: formulas are marked, figures get captions, the page in a tab its link."""
+"""Preprocessor of mdBook: marks formulas, captions figures, and links the page in a tab."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""A tab of Chromium that is used as a person uses it: files, keys, and what it logs and asks for."""
+"""Tab of Chromium, used as a person uses it: files, keys, its log and its requests."""
 
 import sys
 import time

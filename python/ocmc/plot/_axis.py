@@ -1,4 +1,4 @@
-"""Common parts of the pictures: colours, labels with units, and how to read a column of any table."""
+"""Common parts of the pictures: colours, labels with units, and the columns of any table."""
 
 import os
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Charging of a fleet: load curves, the state of charge along the way, and winter against summer."""
+"""Charging of a fleet: load curves, state of charge along the way, winter against summer."""
 
 from typing import Any
 

@@ -28,7 +28,7 @@ def completed(run: "Run", column: str) -> npt.NDArray[np.float64]:
 
 
 def consumption_column(run: "Run") -> str:
-    """Choose the column that the fleet is judged by: fuel, else electricity, else the work at the wheels."""
+    """Choose the column to judge by: fuel, else electricity, else the work at the wheels."""
     statistics = run.summary()["statistics"]
     return next((name for name in _COLUMNS if statistics[name]["p50"] is not None), _COLUMNS[0])
 

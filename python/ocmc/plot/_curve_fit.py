@@ -56,8 +56,9 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     Examples
     --------
     >>> import ocmc
-    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4, "radius_m": [50.0, 100.0, 200.0, 400.0] * 3}
-    >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]}
+    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4}
+    >>> curves["radius_m"] = [50.0, 100.0, 200.0, 400.0] * 3
+    >>> curves["speed_mps"] = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
     >>> ax = ocmc.plot.curve_fit(curves, ocmc.fit_curve_speed(curves))
     >>> ax.get_xlabel()
     'curve radius, m'
@@ -115,7 +116,9 @@ def curve_fit_by_driver(
     *,
     ax: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Draw speed against radius of measured curves, a panel for each driver or truck with its own regression.
+    """Draw speed against radius of measured curves, a panel for each driver or truck.
+
+    Each has its own regression.
 
     Parameters
     ----------
@@ -148,8 +151,9 @@ def curve_fit_by_driver(
     Examples
     --------
     >>> import ocmc
-    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4, "radius_m": [50.0, 100.0, 200.0, 400.0] * 3}
-    >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]}
+    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4}
+    >>> curves["radius_m"] = [50.0, 100.0, 200.0, 400.0] * 3
+    >>> curves["speed_mps"] = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
     >>> panels = ocmc.plot.curve_fit_by_driver(curves, ocmc.fit_curve_speed(curves))
     >>> [panel.get_title(loc="left") for panel in panels]
     ['a: $v_0$ 79.8 km/h, δ 0.492', 'b: $v_0$ 87.7 km/h, δ 0.492', 'c: $v_0$ 77.0 km/h, δ 0.500']

@@ -15,7 +15,7 @@ _TAIL = 0.002
 
 
 def differences(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw how much more the cycles of a run take than the same cycles of another one, pair by pair.
+    """Draw the paired differences of two runs over the same cycles, pair by pair.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Trucks of a fleet: their years beside one another, and what explains their spread at each level."""
+"""Trucks of a fleet: their years beside one another, and the levels of their spread."""
 
 from collections.abc import Mapping
 from itertools import cycle
@@ -16,7 +16,7 @@ _FAR = 1.959963984540054
 
 
 def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw the year of each truck with the interval that the chance of its trips leaves: a caterpillar.
+    """Draw the year of each truck with the interval by the chance of its trips: a caterpillar.
 
     Parameters
     ----------

@@ -35,7 +35,8 @@ def validation(answer: Mapping[str, Any], *, road: int = 0, ax: Axes | None = No
     Examples
     --------
     >>> import warnings, ocmc
-    >>> study = ocmc.Study("passenger-car").set("mission.length_m", 3000.0).set("simulation.step_s", 0.5)
+    >>> study = ocmc.Study("passenger-car").set("mission.length_m", 3000.0)
+    >>> study = study.set("simulation.step_s", 0.5)
     >>> trace = study.trace(3, seed=7)
     >>> log = {name: trace[name] for name in ["time_s", "speed_mps", "position_m", "limit_mps"]}
     >>> with warnings.catch_warnings(action="ignore"):
