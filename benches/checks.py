@@ -65,7 +65,8 @@ def best(of: int, run: Callable[[], Spent]) -> Spent:
 def cycles() -> None:
     """Cost is linear in the number of cycles."""
     print(
-        "| cycles of 100 km | CPU time, s | µs a cycle | ns per simulated second |\n|---|---|---|---|"
+        "| cycles of 100 km | CPU time, s | µs a cycle | ns per simulated second |\n"
+        "|---|---|---|---|"
     )
     for n in (100, 1_000, 10_000, 100_000):
         spent = best(max(1, 1000 // n, 3 if n < 100_000 else 1), lambda n=n: ocmc(n))
@@ -97,10 +98,12 @@ def threads() -> None:
     wall = [min(spent.wall_s for spent in spents) for spents in (one, two)]
     cpu = [min(spent.cpu_s for spent in spents) for spents in (one, two)]
     print(
-        f"10,000 cycles of 100 km: one thread {wall[0]:.2f} s, two {wall[1]:.2f} s: {wall[0] / wall[1]:.2f} times as fast"
+        f"10,000 cycles of 100 km: one thread {wall[0]:.2f} s, two {wall[1]:.2f} s: "
+        f"{wall[0] / wall[1]:.2f} times as fast"
     )
     print(
-        f"CPU time {cpu[0]:.2f} s and {cpu[1]:.2f} s: with two idle cores {2 * cpu[0] / cpu[1]:.2f} times as fast at best"
+        f"CPU time {cpu[0]:.2f} s and {cpu[1]:.2f} s: with two idle cores "
+        f"{2 * cpu[0] / cpu[1]:.2f} times as fast at best"
     )
     if max(os.getloadavg()) > 0.5 + 2:
         print("the machine is not idle: the wall times say little")
@@ -114,7 +117,8 @@ def memory() -> None:
             spent = ocmc(n, "--out", Path(folder) / str(n), length_m=km * 1e3)
             size = sum(path.stat().st_size for path in Path(folder).rglob("*.parquet")) / MEGABYTE
             print(
-                f"| {n:,} cycles of {km} km to {size:.0f} MB of Parquet | {spent.memory_mb:.0f} | {allowed} | {spent.wall_s:.0f} |"
+                f"| {n:,} cycles of {km} km to {size:.0f} MB of Parquet | {spent.memory_mb:.0f} | "
+                f"{allowed} | {spent.wall_s:.0f} |"
             )
             if spent.memory_mb > allowed:
                 raise SystemExit(f"{spent.memory_mb:.0f} MB are more than {allowed}")
@@ -126,7 +130,8 @@ def start() -> None:
     wall = sorted(1e3 * spent.wall_s for spent in runs)
     cpu = median(1e3 * spent.cpu_s for spent in runs)
     print(
-        f"start, study, one cycle of 1 km and its summary: {median(wall):.1f} ms ({wall[0]:.1f} to {wall[-1]:.1f}), CPU {cpu:.1f} ms"
+        f"start, study, one cycle of 1 km and its summary: {median(wall):.1f} ms ({wall[0]:.1f} to "
+        f"{wall[-1]:.1f}), CPU {cpu:.1f} ms"
     )
     if wall[0] > 50:
         raise SystemExit("more than 50 ms")

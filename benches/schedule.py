@@ -201,10 +201,12 @@ def main() -> None:
     )
     spread = (max(times) - min(times)) / (sum(times) / len(times))
     print(
-        f"runs of {TRACED}: {1e3 * min(times):.1f} to {1e3 * max(times):.1f} ms, {100 * spread:.0f} % apart\n"
+        f"runs of {TRACED}: {1e3 * min(times):.1f} to {1e3 * max(times):.1f} ms, "
+        f"{100 * spread:.0f} % apart\n"
     )
     print(
-        "| threads | cycles a chunk | driving, s | putting together, s | idle, % | without files, s | idle, % |"
+        "| threads | cycles a chunk | driving, s | putting together, s | idle, % | without files, "
+        "s | idle, % |"
     )
     print("|---|---|---|---|---|---|---|")
     for threads in (1, 2, 8, 64):
@@ -225,7 +227,8 @@ def main() -> None:
             cycle(driven), threads, chunks, chunk * of.summary_s, tail_s, Behind(0.0, 0.0)
         )
         print(
-            f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind.wall_s:.1f} | {100 * with_files.idle:.0f} |"
+            f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind.wall_s:.1f} | "
+            f"{100 * with_files.idle:.0f} |"
             f" {without.driving_s:.1f} | {100 * without.idle:.0f} |"
         )
     if os.getloadavg()[0] > 1.0:

@@ -211,7 +211,8 @@ def main():
         if changes:
             mean = sum(changes) / len(changes)
             print(
-                f"saving of 3 %: mean {100 * mean:+.2f} %, 95 % intervals cover {within} of {len(changes)}"
+                f"saving of 3 %: mean {100 * mean:+.2f} %, 95 % intervals cover {within} of "
+                f"{len(changes)}"
             )
 
 

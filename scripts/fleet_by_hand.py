@@ -52,7 +52,8 @@ def levels(trucks: list[list[float]]) -> dict[str, tuple[float, float]]:
 
     def jackknife(figure: "object") -> tuple[float, float]:
         whole = figure(list(range(n)))  # type: ignore[operator]
-        parts = [figure([k for k in range(n) if k != left]) for left in range(n)]  # type: ignore[operator]
+        others = ([k for k in range(n) if k != left] for left in range(n))
+        parts = [figure(rows) for rows in others]  # type: ignore[operator]
         centre = statistics.fmean(parts)
         return whole, math.sqrt((n - 1) / n * sum((part - centre) ** 2 for part in parts))
 
@@ -108,7 +109,8 @@ def main() -> int:
         apart = (value - by_hand) / math.hypot(error, error_by_hand)
         agree &= abs(apart) <= FURTHEST
         print(
-            f"{name:<24}{by_hand:>10.3f} ± {error_by_hand:.3f}{value:>10.3f} ± {error:.3f}{apart:>11.2f}"
+            f"{name:<24}{by_hand:>10.3f} ± {error_by_hand:.3f}{value:>10.3f} ± "
+            f"{error:.3f}{apart:>11.2f}"
         )
     return 0 if agree else 1
 

@@ -234,7 +234,8 @@ def print_stops(runs):
     for name, found in runs.items():
         times = ((run, run.time_to_s(50, free=True)) for run in found)
         print(
-            f"{name:20.20}{spread([run.distance_m(s) for run, s in times if s is not None], 0)}".rstrip()
+            f"{name:20.20}"
+            f"{spread([run.distance_m(s) for run, s in times if s is not None], 0)}".rstrip()
         )
 
 

@@ -139,7 +139,8 @@ def export(ocmc, study, kind, folder, draw):
                 )
                 logs.setdefault(truck, []).append(
                     f"{at},{truck},{k},{row['speed_kmh']:.2f},{row['lat']:.7f},{row['lon']:.7f},"
-                    f"{row['altitude']:.1f},{row['yaw']:.4f},{row['limit_kmh']},{row['fuel_lph']:.2f},{tons:.2f}"
+                    f"{row['altitude']:.1f},{row['yaw']:.4f},{row['limit_kmh']},"
+                    f"{row['fuel_lph']:.2f},{tons:.2f}"
                 )
     head = (
         "time,truck,trip,speed_kmh,latitude,longitude,altitude_m,yaw_rate_radps,speed_limit_kmh,"
@@ -228,7 +229,10 @@ def main():
                 one = derived(out, folder / f"one-{f}-{options.kind}.toml", electric=False)
                 found = answers(options.ocmc, one, 4000, 9)
                 line = [
-                    f"fleet {f}: true {true['mean']:.1f} (default {default['mean']:.1f}), {se:.1f} % of SE"
+                    (
+                        f"fleet {f}: true {true['mean']:.1f} (default {default['mean']:.1f}), "
+                        f"{se:.1f} % of SE"
+                    )
                 ]
                 for who, values in [("learnt", found), ("rows", own), ("default", default)]:
                     off = [error(measure, values[measure], true[measure]) for measure in MEASURES]

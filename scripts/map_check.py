@@ -186,7 +186,8 @@ def check(extract, trips, seed):
     print(f"altitudes: 9 in 10 within {height_m:.2f} m")
     for word, (ours, theirs, missed, false) in counts.items():
         print(
-            f"{word}: {ours} in the tables, {theirs} on the ways; {missed} missed, {false} not there"
+            f"{word}: {ours} in the tables, {theirs} on the ways; {missed} missed, {false} not "
+            "there"
         )
     ours, theirs, missed, false = counts["traffic_light"]
     lights = missed <= LIGHTS * theirs and false <= LIGHTS * ours
@@ -203,7 +204,8 @@ def main():
     ]
     if missing:
         print(
-            f"skipped: without {', '.join(missing)} (pip install '.[map]' osmium, Python 3.12 or newer)"
+            f"skipped: without {', '.join(missing)} (pip install '.[map]' osmium, Python 3.12 or "
+            "newer)"
         )
     elif extract is None or not extract.is_file():
         print(f"skipped: no extract {extract or ''} (scripts/map_check.py EXTRACT.osm.pbf)")

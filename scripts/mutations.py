@@ -60,7 +60,8 @@ PHYSICS = [
     ),
     Mutation(
         "the battery's limit without auxiliaries, where it is looked for",
-        "let drawn = {{speed * torque + self.motor.losses_w(speed, torque) + state.auxiliary_power}};",
+        "let drawn = {{speed * torque + self.motor.losses_w(speed, torque) + "
+        "state.auxiliary_power}};",
         "speed * torque + self.motor.losses_w(speed, torque)",
         "it electric::motor_and_auxiliaries",
     ),
@@ -102,7 +103,8 @@ PHYSICS = [
     ),
     Mutation(
         "rolling resistance of the empty truck",
-        "rolling_coefficient(&self.axles, {{mass_kg}}, self.load_range(), self.rolling_load_exponent)",
+        "rolling_coefficient(&self.axles, {{mass_kg}}, self.load_range(), "
+        "self.rolling_load_exponent)",
         "self.curb_mass_kg",
         "core-it sampled::driver",
     ),
@@ -257,7 +259,8 @@ PLANNING = [
     ),
     Mutation(
         "the clock that traffic and weather go by does not wait at stops",
-        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}}, Change::Speed { section: s",
+        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}}, Change::Speed { "
+        "section: s",
         "&0.0",
         "it free_flow_clock::",
     ),
@@ -386,7 +389,8 @@ SAMPLING = [
     ),
     Mutation(
         "stretches of road are longer by their smallest length",
-        "let sojourn = minimum + {{(self.mean_length_m[road_type] - minimum)}} * draws.exponential();",
+        "let sojourn = minimum + {{(self.mean_length_m[road_type] - minimum)}} * "
+        "draws.exponential();",
         "(self.mean_length_m[road_type])",
         "core road_type::tests; core-it sampled::road",
     ),
@@ -503,7 +507,8 @@ STATISTICS = [
     ),
     Mutation(
         "radius of a detected curve from all of its cells",
-        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}}; (turn > 0.0).then(|| inner / turn)",
+        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}}; (turn > 0.0).then(|| inner / "
+        "turn)",
         "grid.curvature_per_m[run.first..run.end].iter().sum::<f64>()",
         "estimation-it curve_detection::",
     ),

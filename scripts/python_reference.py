@@ -14,7 +14,8 @@ import ocmc.plot
 
 HEAD = """# Python
 
-This page is made of the package's docstrings by `scripts/python_reference.py`; `help(ocmc.Study)` shows them.
+This page is made of the package's docstrings by `scripts/python_reference.py`; \
+`help(ocmc.Study)` shows them.
 """
 
 

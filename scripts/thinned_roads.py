@@ -177,7 +177,8 @@ def main() -> None:
     right = [marks for _, change, marks in everything if abs(change) < RIGHT_PERCENT]
     silent, wrong = sum(not marks for marks in off), sum(bool(marks) for marks in right)
     print(
-        f"{len(everything)} answers, {len(off)} more than 2 % off, {silent} of them without a warning;"
+        f"{len(everything)} answers, {len(off)} more than 2 % off, {silent} of them without a "
+        "warning;"
     )
     print(f"{len(right)} less than 0.5 % off, {wrong} of them with a warning")
 

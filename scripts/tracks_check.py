@@ -92,7 +92,8 @@ def gpx(trips):
     for k, rows in enumerate(trips):
         parts.append(f"<trk><name>trip {k}</name><trkseg>")
         parts += [
-            f'<trkpt lat="{la:.7f}" lon="{lo:.7f}"><ele>{z:.1f}</ele><time>{stamp(k, t)}</time></trkpt>'
+            f'<trkpt lat="{la:.7f}" '
+            f'lon="{lo:.7f}"><ele>{z:.1f}</ele><time>{stamp(k, t)}</time></trkpt>'
             for t, la, lo, z, _ in rows
         ]
         parts.append("</trkseg></trk>")
@@ -264,7 +265,8 @@ def judged(step_s, ending, fit, notes, truth):
     covers = abs(sd - wanted_sd) <= 1.96 * error
     print(
         f"{step_s:4.0f} s {ending:8} trips {trips} of {count}, length {100 * off:+.2f} %, "
-        f"slope SD {sd:.5f} ± {1.96 * error:.5f} of {wanted_sd:.5f} ({100 * (sd / wanted_sd - 1):+.1f} %), "
+        f"slope SD {sd:.5f} ± {1.96 * error:.5f} of {wanted_sd:.5f} "
+        f"({100 * (sd / wanted_sd - 1):+.1f} %), "
         f"curves {'told' if known else 'not known'}"
     )
     slopes = close or (step_s >= SPARSE_S and covers)

@@ -23,7 +23,8 @@ from learn_check import FUEL_NOISE, START, WEIGHT_NOISE, curb, rows_of, run
 TRUCKS, TRIPS = 10, 60
 TYRES_DAY, TYRES_SAVE, TRUCK_SD = 182, 0.04, 0.03
 STUDY = """study = { base = "field-truck", name = "haulier" }
-mission.length_m = { distribution = "log_normal", median = 24e3, log_sd = 0.4, lower = 8e3, upper = 90e3 }
+mission.length_m = { distribution = "log_normal", median = 24e3, log_sd = 0.4, \
+lower = 8e3, upper = 90e3 }
 mission.payload_kg = { distribution = "beta", alpha = 6.0, beta = 1.5, scale = 24300.0 }
 road.types.urban.topography.slope_sd = 0.022
 road.types.rural.topography.slope_sd = 0.031
@@ -51,16 +52,20 @@ def workbook(path, rows):
     kind = "application/vnd.openxmlformats-officedocument.spreadsheetml"
     parts = {
         "[Content_Types].xml": f'<Types xmlns="{PACKAGE}/content-types">'
-        '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+        '<Default Extension="rels" '
+        'ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
         f'<Override PartName="/xl/workbook.xml" ContentType="{kind}.sheet.main+xml"/>'
-        f'<Override PartName="/xl/worksheets/sheet1.xml" ContentType="{kind}.worksheet+xml"/></Types>',
+        '<Override PartName="/xl/worksheets/sheet1.xml" '
+        f'ContentType="{kind}.worksheet+xml"/></Types>',
         "_rels/.rels": f'<Relationships xmlns="{PACKAGE}/relationships"><Relationship Id="a" '
         f'Type="{OFFICE}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
         "xl/workbook.xml": f'<workbook xmlns="{MAIN}/main" xmlns:r="{OFFICE}"><sheets>'
         '<sheet name="trips" sheetId="1" r:id="a"/></sheets></workbook>',
-        "xl/_rels/workbook.xml.rels": f'<Relationships xmlns="{PACKAGE}/relationships"><Relationship Id="a" '
+        "xl/_rels/workbook.xml.rels": f'<Relationships xmlns="{PACKAGE}/relationships">'
+        '<Relationship Id="a" '
         f'Type="{OFFICE}/worksheet" Target="worksheets/sheet1.xml"/></Relationships>',
-        "xl/worksheets/sheet1.xml": f'<worksheet xmlns="{MAIN}/main"><sheetData>{"".join(lines)}</sheetData>'
+        "xl/worksheets/sheet1.xml": f'<worksheet xmlns="{MAIN}/main">'
+        f"<sheetData>{''.join(lines)}</sheetData>"
         "</worksheet>",
     }
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
@@ -74,7 +79,8 @@ def track(path, start, rows):
     """Write a trip as GPX, a point each five seconds."""
     points = [
         f'<trkpt lat="{row["lat"]:.6f}" lon="{row["lon"]:.6f}"><ele>{row["altitude"]:.1f}</ele>'
-        f"<time>{(start + timedelta(seconds=row['time_s'])).isoformat().split('+')[0]}Z</time></trkpt>"
+        f"<time>{(start + timedelta(seconds=row['time_s'])).isoformat().split('+')[0]}Z</time>"
+        "</trkpt>"
         for row in rows[::5]
     ]
     head = f'{XML}\n<gpx version="1.1" creator="made up"><trk><trkseg>'
@@ -132,7 +138,8 @@ def main():
                 for row in rows_of(ocmc, study, k, draw):
                     at = (start + timedelta(seconds=row["time_s"])).isoformat().split("+")[0]
                     log.append(
-                        f"{at},{truck},{k},{row['speed_kmh']:.1f},{row['altitude']:.1f},{row['yaw']:.4f},"
+                        f"{at},{truck},{k},{row['speed_kmh']:.1f},"
+                        f"{row['altitude']:.1f},{row['yaw']:.4f},"
                         f"{row['limit_kmh']}"
                     )
         table.sort(key=lambda row: row[2])

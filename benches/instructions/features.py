@@ -38,7 +38,8 @@ def main() -> None:
         return
     output("cargo", "build", "--release", "--quiet", "--example", "peers")
     print(
-        "| turned off | lane-steps a simulated second | instructions a lane-step | instructions a simulated second |"
+        "| turned off | lane-steps a simulated second | instructions a lane-step | instructions a "
+        "simulated second |"
     )
     print("|---|---|---|---|")
     for name, sets in PARTS:
@@ -47,7 +48,8 @@ def main() -> None:
         steps = int(output(PEERS, "steps", CYCLES, *sets))
         count = instructions(2, "avx2", sets) - instructions(1, "avx2", sets)
         print(
-            f"| {name} | {steps / simulated_s:.2f} | {count / steps:.0f} | {count / simulated_s:.0f} |",
+            f"| {name} | {steps / simulated_s:.2f} | {count / steps:.0f} | "
+            f"{count / simulated_s:.0f} |",
             flush=True,
         )
 

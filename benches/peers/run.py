@@ -247,7 +247,8 @@ def same_rules(
         apart = [abs(found / right - 1.0) for found, right in pairs]
         mean, most = 100 * sum(apart) / len(apart), 100 * max(apart)
         say(
-            f"{name}, steps of {step_s:g} s: {column} of a cycle differs by {mean:.4f} %, at most {most:.4f} %"
+            f"{name}, steps of {step_s:g} s: {column} of a cycle differs by {mean:.4f} %, at most "
+            f"{most:.4f} %"
         )
 
 
@@ -484,12 +485,14 @@ def main() -> None:
     said = ", ".join(f"{name} {number}" for name, number in versions.items())
     python_version = timed([python, "--version"])[1].strip()
     print(
-        f"{datetime.now(UTC):%Y-%m-%d}, {cpu_name()}, one core, user CPU time, median (lowest to highest) of {options.rounds} rounds in turns. "
+        f"{datetime.now(UTC):%Y-%m-%d}, {cpu_name()}, one core, user CPU time, median (lowest to "
+        f"highest) of {options.rounds} rounds in turns. "
     )
     print(f"ocmc {timed([binary, '--version'])[1].split()[1]}, {python_version}, {said}.\n")
     print(f"Sampling and planning: {spread(table.planning_ns)} ns per simulated second. ")
     print(
-        f"Trips to ± {100 * PRECISION:g} %: {adjusted:.0f} with adjusted means, {plain:.0f} without.\n"
+        f"Trips to ± {100 * PRECISION:g} %: {adjusted:.0f} with adjusted means, {plain:.0f} "
+        "without.\n"
     )
     print(table.head)
     for entry in entries:

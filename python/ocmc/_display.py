@@ -51,7 +51,8 @@ def study(study: "Study") -> str:
         if name != "study"
     )
     return (
-        f"<b>{escape(about['name'])}</b> <code>{study.hash[:8]}</code><br>{escape(about['description'])}"
+        f"<b>{escape(about['name'])}</b> "
+        f"<code>{study.hash[:8]}</code><br>{escape(about['description'])}"
         f"{''.join(tables)}"
     )
 

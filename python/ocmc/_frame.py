@@ -48,7 +48,11 @@ def _library(name: str) -> Any:  # noqa: ANN401 (not everybody has it)
         ) from error
 
 
-def rows(table: "Table", dtype: Any, copy: bool | None) -> npt.NDArray[np.object_]:  # noqa: ANN401, FBT001
+def rows(
+    table: "Table",
+    dtype: Any,  # noqa: ANN401
+    copy: bool | None,  # noqa: FBT001
+) -> npt.NDArray[np.object_]:
     """Make an array of rows, objects with the columns as attributes; a missing word is None.
 
     Raises

@@ -63,7 +63,10 @@ def found(
     }
     on = sum(point["type"] != "unmatched" for point in points)
     account = [
-        f"road: {_km(sum(lengths_m) + across_m)}, {_km(across_m)} of it straight where the map has no way",
+        (
+            f"road: {_km(sum(lengths_m) + across_m)}, {_km(across_m)} of it straight where the "
+            "map has no way"
+        ),
         f"places: {on} of the track's {len(points)} are on it",
         "road types: "
         + ", ".join(f"{kind} {_km(share)}" for kind, share in sorted(shares.items())),

@@ -37,7 +37,8 @@ class Section(Mapping[str, Any]):
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(
-            f"a study does not change; study.set({f'{self._path}.{name}'!r}, {value!r}) makes another one"
+            f"a study does not change; study.set({f'{self._path}.{name}'!r}, {value!r}) makes "
+            "another one"
         )
 
     def __iter__(self) -> Iterator[str]:

@@ -129,7 +129,8 @@ def route(
         )
     except RuntimeError as error:
         raise ValueError(
-            f"track from {at(*places[0])} to {at(*places[-1])}: no way on the roads of {tiles} ({error}); "
+            f"track from {at(*places[0])} to {at(*places[-1])}: no way on the roads of {tiles} "
+            f"({error}); "
             "its tiles have to cover the track"
         ) from error
     columns, account = found(
@@ -152,15 +153,18 @@ def _places(track: Any) -> list[tuple[float, float]]:  # noqa: ANN401
         raise ValueError(
             f"track: no column {error}; it needs 'lat' and 'lon', in degrees"
         ) from error
-    if lat.shape != lon.shape or lat.ndim != 1 or lat.size < 2:  # noqa: PLR2004 (two places make a way)
+    # two places make a way
+    if lat.shape != lon.shape or lat.ndim != 1 or lat.size < 2:  # noqa: PLR2004
         raise ValueError(
             f"track: {lat.size} lat and {lon.size} lon; it needs as many of both, at least 2"
         )
-    wrong = ~((np.abs(lat) <= 90) & (np.abs(lon) <= 180))  # noqa: PLR2004 (degrees); nan is wrong, too
+    # degrees; nan is wrong, too
+    wrong = ~((np.abs(lat) <= 90) & (np.abs(lon) <= 180))  # noqa: PLR2004
     if wrong.any():
         k = int(np.argmax(wrong))
         raise ValueError(
-            f"track, row {k + 1}: lat {lat[k]}, lon {lon[k]}; allowed are -90 to 90 and -180 to 180. "
+            f"track, row {k + 1}: lat {lat[k]}, lon {lon[k]}; allowed are -90 to 90 and -180 to "
+            "180. "
             "Leave rows without a place out"
         )
     return list(zip(lat.tolist(), lon.tolist(), strict=True))
@@ -189,7 +193,8 @@ def _actor(config: Path) -> Any:  # noqa: ANN401 (a class without types)
         ) from error
     if from_web:
         raise ValueError(
-            f"{config}: mjolnir.tile_url loads tiles from the web; name local ones in mjolnir.tile_dir"
+            f"{config}: mjolnir.tile_url loads tiles from the web; name local ones in "
+            "mjolnir.tile_dir"
         )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / config.name
@@ -251,7 +256,8 @@ def _altitudes(
     if np.isnan(altitude).any():
         k = int(np.argmax(np.isnan(altitude)))
         raise ValueError(
-            f"elevation: no value for {np.isnan(altitude).sum()} of {len(way)} points, the first at "
+            f"elevation: no value for {np.isnan(altitude).sum()} of {len(way)} points, the first "
+            "at "
             f"{at(*way[k])}; name the tiles that cover it"
         )
     at_m, ground = along_m(way), ~np.array(bridged)

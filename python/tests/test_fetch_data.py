@@ -79,7 +79,10 @@ def sources(tmp_path, *files, **wheel):
     )
     text += 'licence = "MIT"\nholder = "Someone"\nfiles = [' + ", ".join(rows) + "]\n"
     if wheel:
-        text += f'[[package]]\nname = "Made"\nrequirement = "made==1"\nwheel_sha256 = "{wheel["wheel"]}"\n'
+        text += (
+            '[[package]]\nname = "Made"\nrequirement = "made==1"\nwheel_sha256 = '
+            f'"{wheel["wheel"]}"\n'
+        )
         text += 'licence = "MIT"\nholder = "Someone"\n'
         text += f'files = [{{to = "p/x.csv", from = "made/x.csv", sha256 = "{sha256(RAW)}"}}]\n'
     text += '[[by_hand]]\nto = "hand.json"\nfrom = "a book"\nhow = "typed"\n'
@@ -267,7 +270,8 @@ def test_a_table_of_r_is_read():
 
 def test_roads_of_a_map_are_its_main_ones_inside_the_extract():
     ways = "".join(
-        f'<way id="{k}">{"".join(f"""<nd ref="{n}"/>""" for n in nodes)}<tag k="highway" v="{kind}"/></way>'
+        f'<way id="{k}">{"".join(f"""<nd ref="{n}"/>""" for n in nodes)}<tag k="highway" '
+        f'v="{kind}"/></way>'
         for k, (kind, nodes) in enumerate(
             [("motorway", (1, 9, 2)), ("motorway_link", (1, 2)), ("primary", (2,))]
         )

@@ -65,7 +65,8 @@ def tables(curves):
     yield "coded", coded.set_column(2, "radius_m", table["radius_m"].cast(pyarrow.int32()))
     duckdb = pytest.importorskip("duckdb")
     made = [f"('{d}', '{t}', {r}, {v})" for d, t, r, v in zip(*curves.values(), strict=True)]
-    yield "duckdb", duckdb.sql(f"SELECT * FROM (VALUES {','.join(made)}) t({','.join(curves)})")  # noqa: S608
+    query = f"SELECT * FROM (VALUES {','.join(made)}) t({','.join(curves)})"  # noqa: S608
+    yield "duckdb", duckdb.sql(query)
 
 
 def test_tables_of_any_library_give_the_same(curves, fit):

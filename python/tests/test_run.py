@@ -193,12 +193,18 @@ except KeyboardInterrupt:
     "call",
     [
         "ocmc.Study('long-haul').run(cycles=10**12)",
-        "ocmc.identify(ocmc.Study('simulator-slopes').trace(0), ocmc.Study('simulator-slopes'), starts=4096)",
+        (
+            "ocmc.identify(ocmc.Study('simulator-slopes').trace(0), "
+            "ocmc.Study('simulator-slopes'), starts=4096)"
+        ),
         "ocmc.Study('field-truck').drive(SPEED, cycles=10**12, follow_speed='exact')",
         "ocmc.Study('field-truck').sensitivity(cycles=10**9)",
         "ocmc.Study('field-truck').bound(cycles=100)",
         "ocmc.simulator_study(ocmc.Study('simulator-study'), repetitions=5000)",
-        "ocmc.calibrate_curve_speed(Study('field-truck-printed'), Study('field-truck'), drivers=2000)",
+        (
+            "ocmc.calibrate_curve_speed(Study('field-truck-printed'), Study('field-truck'), "
+            "drivers=2000)"
+        ),
     ],
 )
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is a signal elsewhere")

@@ -70,7 +70,10 @@ def test_pandas_takes_them(run):
 def test_duckdb_takes_them(run):
     duckdb = pytest.importorskip("duckdb")
     records = run.records  # duckdb finds it by its name
-    asked = "SELECT sum(fuel_kg), count(battery_energy_j), count(*) FROM records WHERE outcome = 'completed'"
+    asked = (
+        "SELECT sum(fuel_kg), count(battery_energy_j), count(*) FROM records WHERE outcome = "
+        "'completed'"
+    )
     fuel, batteries, rows = duckdb.sql(asked).fetchall()[0]
     completed = run["outcome"] == "completed"
     assert (batteries, rows) == (0, completed.sum())

@@ -76,10 +76,16 @@ def test_an_empty_environment_needs_no_more_than_numpy(python):
     )
     names = {line.partition("==")[0].lower() for line in printed.splitlines()}
     assert names - {"pip", "setuptools"} == {"numpy", "ocmc"}
-    script = "import ocmc; print(len(ocmc.Study('field-truck').set('mission.length_m', 2000).run(cycles=50)))"
+    script = (
+        "import ocmc; print(len(ocmc.Study('field-truck').set('mission.length_m', "
+        "2000).run(cycles=50)))"
+    )
     assert quiet(python, "-c", script, cwd=python.parent) == "50\n"
     for name in ["plot", "dask"]:
-        script = f"import ocmc\ntry:\n    ocmc.{name}\nexcept ModuleNotFoundError as error:\n    print(error)"
+        script = (
+            f"import ocmc\ntry:\n    ocmc.{name}\nexcept ModuleNotFoundError as error:\n    "
+            "print(error)"
+        )
         assert f"pip install '.[{name}]'" in quiet(python, "-c", script, cwd=python.parent)
 
 
@@ -98,6 +104,7 @@ def test_the_import_is_quick(python):
     )
     times = [float(quiet(python, "-c", script, cwd=python.parent)) for _ in range(7)]
     print(
-        f"import ocmc: {min(times) * 1e3:.0f} ms at best, {sorted(times)[3] * 1e3:.0f} ms in the middle"
+        f"import ocmc: {min(times) * 1e3:.0f} ms at best, {sorted(times)[3] * 1e3:.0f} ms in the "
+        "middle"
     )
     assert sorted(times)[3] < MOST_IMPORT_S

@@ -11,8 +11,9 @@ import r_data
 MAIN_ROADS = {"motorway", "trunk", "primary", "secondary"}
 TAGS = ("ref", "maxspeed", "oneway", "junction", "lanes")
 DRIVE_COLUMNS = (
-    "drive", "time_utc", "gps_long", "gps_lat", "gps_elevation", "gps_heading", "gps_hdop", "speed_mph",
-    "speed_source", "accel_x", "accel_y", "gyro_z", "pitch", "engine_rpm", "engine_throttle",
+    "drive", "time_utc", "gps_long", "gps_lat", "gps_elevation", "gps_heading", "gps_hdop",
+    "speed_mph", "speed_source", "accel_x", "accel_y", "gyro_z", "pitch", "engine_rpm",
+    "engine_throttle",
 )  # fmt: skip
 LOADS = ("3-1", "3-2", "3-4")
 

@@ -164,7 +164,9 @@ def sensitivity():
     ax.set_yticks(places, labels=names)
     ax.axvline(0.0, color="black", linewidth=0.6)
     ax.set(
-        xlabel="share of the variance of L/100 km between trips of 100 km, %; lines: 95 % intervals",
+        xlabel=(
+            "share of the variance of L/100 km between trips of 100 km, %; lines: 95 % intervals"
+        ),
         xlim=(-2, 92),
     )
     ax.grid(visible=False, axis="y")

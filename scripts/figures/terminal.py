@@ -24,7 +24,8 @@ def picture(answer: str) -> str:
     height = TOP + LINE * len(lines) + 20
     texts = [f'<text xml:space="preserve" x="{LEFT}" y="{TOP}" fill="#8fbcbb">$ {COMMAND}</text>']
     texts += [
-        f'<text xml:space="preserve" x="{LEFT}" y="{TOP + LINE * (k + 1)}">{html.escape(line)}</text>'
+        f'<text xml:space="preserve" x="{LEFT}" '
+        f'y="{TOP + LINE * (k + 1)}">{html.escape(line)}</text>'
         for k, line in enumerate(lines)
     ]
     size = f'width="{WIDTH}" height="{height}" viewBox="0 0 {WIDTH} {height}"'

@@ -43,8 +43,8 @@ def main():
     """Print each fault, and end with status 1 where there is one."""
     parser = argparse.ArgumentParser(
         prog="scripts/check-guide",
-        description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, figures "
-        "of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
+        description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, "
+        "figures of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
         f"{layout.DESK} px and no page is wider than the screen at {layout.PHONE} px.",
     )
     parser.add_argument(
@@ -81,7 +81,8 @@ def main():
     seen += f", figures of {ran} commands" if ran else ", figures skipped: ocmc is not installed"
     took_s = time.monotonic() - begun
     print(
-        f"{len(pages)} pages, {links} links, {pictures} pictures, {seen}: {len(found)} faults, {took_s:.0f} s"
+        f"{len(pages)} pages, {links} links, {pictures} pictures, {seen}: {len(found)} faults, "
+        f"{took_s:.0f} s"
     )
     sys.exit(1 if found else 0)
 

@@ -10,7 +10,10 @@ from formulas import marked
 # where the front page has its link to the page in a tab, if `scripts/build-tab docs/src/tab` has
 # built one
 MARK = "<!-- ask in this tab -->"
-LINK = "**[Ask in this tab](tab/index.html)** what a fleet uses in a year: nothing is installed or sent."
+LINK = (
+    "**[Ask in this tab](tab/index.html)** what a fleet uses in a year: nothing is installed or "
+    "sent."
+)
 TAB = Path(__file__).resolve().parents[2] / "docs" / "src" / "tab" / "index.html"
 
 

@@ -99,7 +99,8 @@ def faults(browser, path, axe):
 
 _RULES = """axe.run().then(answer => answer.violations
     .filter(rule => ["serious", "critical"].includes(rule.impact))
-    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), ${rule.nodes[0].html.slice(0, 80)}`))"""
+    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), `
+        + rule.nodes[0].html.slice(0, 80)))"""
 
 
 def main():

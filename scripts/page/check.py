@@ -72,7 +72,8 @@ ROWS = """[...document.querySelectorAll('#parts tbody tr, #tables tbody tr')]
     .map(row => [...row.cells].map(cell => cell.textContent).join(' '))"""
 AXE = """axe.run().then(answer => answer.violations
     .filter(rule => ["serious", "critical"].includes(rule.impact))
-    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), ${rule.nodes[0].html.slice(0, 100)}`))"""
+    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), `
+        + rule.nodes[0].html.slice(0, 100)))"""
 CONTROLS = """[...document.querySelectorAll(
     'a[href], button, input, select, textarea, summary, [tabindex="0"]')]
     .filter(e => !e.disabled && e.tabIndex >= 0 && e.checkVisibility({visibilityProperty: true}))"""
@@ -83,7 +84,10 @@ NAMED = (
 MOVE = """(value => new Promise((done, failed) => {
     const slider = document.querySelector('input[type="range"][aria-label^="Air drag"]');
     const begun = performance.now();
-    const late = setTimeout(() => { seen.disconnect(); failed(new Error('no number within 10 s')); }, 10000);
+    const late = setTimeout(() => {
+        seen.disconnect();
+        failed(new Error('no number within 10 s'));
+    }, 10000);
     const seen = new MutationObserver(() => {
         clearTimeout(late);
         seen.disconnect();
@@ -254,7 +258,10 @@ class Check:
         work.mkdir()
         (work / "groups.toml").write_text(FLEET, encoding="utf-8")
         tab.give("#choose", [work / "groups.toml"])
-        card = "[...document.querySelectorAll('.file')].find(e => e.textContent.includes('groups.toml'))"
+        card = (
+            "[...document.querySelectorAll('.file')].find(e => "
+            "e.textContent.includes('groups.toml'))"
+        )
         buttons = f"[...({card})?.querySelectorAll('button') ?? []]"
         press = f"{buttons}.find(e => e.textContent.startsWith('Drive'))"
         tab.until(press)
@@ -355,7 +362,8 @@ class Check:
                     if (!e || e === document.body) return window.reached.size;
                     window.reached.add(e);
                     const style = getComputedStyle(e);
-                    if (style.outlineStyle === 'none' && style.boxShadow === 'none') window.unseen.push(e);
+                    if (style.outlineStyle === 'none' && style.boxShadow === 'none')
+                        window.unseen.push(e);
                     return window.reached.size;
                 })()"""
             )
@@ -385,7 +393,8 @@ class Check:
             late = 2.0 * most
         if median > most or longest > late:
             self.fault(
-                f"the number comes {median:.2f} s after a change in the median, {longest:.2f} s at most"
+                f"the number comes {median:.2f} s after a change in the median, {longest:.2f} s at "
+                "most"
             )
 
     def memory(self):
@@ -411,7 +420,10 @@ class Check:
     def calibrates(self):
         """Calibrate to the table of trips, and go on with that study."""
         tab = self.tab
-        press = "[...document.querySelectorAll('.file button')].find(e => e.textContent.startsWith('Calibrate'))"
+        press = (
+            "[...document.querySelectorAll('.file button')].find(e => "
+            "e.textContent.startsWith('Calibrate'))"
+        )
         tab.value(f"{press}.click()")
         took = tab.until(
             "[...document.querySelectorAll('option')].some(e => e.value.startsWith('calibrated-'))"
@@ -475,8 +487,10 @@ def main():
     parser = argparse.ArgumentParser(
         prog="scripts/check-page",
         description="Goes through a planner's afternoon on the page of `ocmc page`, in Chromium at "
-        f"{' and '.join(map(str, WIDTHS))} px: tracks and a table of trips, forty trucks, battery trucks "
-        "instead, a trip, the saved study run by the command that the page shows, to the last digit.",
+        f"{' and '.join(map(str, WIDTHS))} px: tracks and a table of trips, forty trucks, battery "
+        "trucks "
+        "instead, a trip, the saved study run by the command that the page shows, to the last "
+        "digit.",
     )
     parser.add_argument("ocmc", help="the program")
     parser.add_argument("--axe", type=Path, help="axe.min.js of axe-core: its serious rules, too")

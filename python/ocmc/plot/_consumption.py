@@ -83,7 +83,8 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
         value = statistic.get(f"p{level}")
         value = float(np.quantile(values, level / 100)) if value is None else factor * value
         quantiles[f"P{level}"] = value
-        ax.axvline(value, color=ink(), linewidth=0.8, linestyle="-" if level == 50 else ":")  # noqa: PLR2004
+        style = "-" if level == 50 else ":"  # noqa: PLR2004
+        ax.axvline(value, color=ink(), linewidth=0.8, linestyle=style)
     low, high = ax.get_xlim()
     for name_of_level, place in _apart(quantiles, _LABEL_WIDTH * (high - low)):
         ax.annotate(

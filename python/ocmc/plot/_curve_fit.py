@@ -29,7 +29,12 @@ _DECADE = 10.0
 _Numbers = npt.NDArray[np.float64]
 
 
-def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:  # noqa: ANN401 (any table)
+def curve_fit(
+    curves: Any,  # noqa: ANN401 (any table)
+    fit: Mapping[str, Any],
+    *,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw speed against radius of measured curves, with the fitted law and its bands.
 
     Parameters
@@ -58,7 +63,8 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     >>> import ocmc
     >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4}
     >>> curves["radius_m"] = [50.0, 100.0, 200.0, 400.0] * 3
-    >>> curves["speed_mps"] = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
+    >>> speeds = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
+    >>> curves["speed_mps"] = speeds
     >>> ax = ocmc.plot.curve_fit(curves, ocmc.fit_curve_speed(curves))
     >>> ax.get_xlabel()
     'curve radius, m'
@@ -96,12 +102,18 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
             linewidth=0,
             label=name,
         )
-    label = f"$v_0$ {KMH_PER_MPS * estimated['reference_speed_mps']:.1f} km/h, δ {estimated['exponent']:.3f}"
+    label = (
+        f"$v_0$ {KMH_PER_MPS * estimated['reference_speed_mps']:.1f} km/h, δ "
+        f"{estimated['exponent']:.3f}"
+    )
     interval = estimated.get("exponent_ci95")
     if interval is not None:
         label += f" ({interval[0]:.3f}; {interval[1]:.3f})"
     ax.plot(along_m, law(estimated), color=BLUE, linewidth=2, label=label)
-    label = f"$v_0$ {KMH_PER_MPS * fixed['reference_speed_mps']:.1f} km/h, δ {fixed['exponent']:g} (fixed)"
+    label = (
+        f"$v_0$ {KMH_PER_MPS * fixed['reference_speed_mps']:.1f} km/h, δ {fixed['exponent']:g} "
+        "(fixed)"
+    )
     ax.plot(along_m, law(fixed), color=RED, linestyle="--", linewidth=1.5, label=label)
     ax.set(xscale="log", xlabel="curve radius, m", ylabel="speed in the curve, km/h")
     ax.set_ylim(bottom=0)
@@ -153,7 +165,8 @@ def curve_fit_by_driver(
     >>> import ocmc
     >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4}
     >>> curves["radius_m"] = [50.0, 100.0, 200.0, 400.0] * 3
-    >>> curves["speed_mps"] = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
+    >>> speeds = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
+    >>> curves["speed_mps"] = speeds
     >>> panels = ocmc.plot.curve_fit_by_driver(curves, ocmc.fit_curve_speed(curves))
     >>> [panel.get_title(loc="left") for panel in panels]
     ['a: $v_0$ 79.8 km/h, δ 0.492', 'b: $v_0$ 87.7 km/h, δ 0.492', 'c: $v_0$ 77.0 km/h, δ 0.500']

@@ -65,7 +65,8 @@ def trace(
         part = (along >= between[0]) & (along <= between[1])
         if not part.any():
             raise ValueError(
-                f"no step lies between {between[0]} and {between[1]}, the trace ends at {along[-1]:.0f}"
+                f"no step lies between {between[0]} and {between[1]}, the trace ends at "
+                f"{along[-1]:.0f}"
             )
     x = along[part] / (1000.0 if against == "position" else 60.0)
 
@@ -110,7 +111,13 @@ def trace(
     return panels
 
 
-def _braking(ax: Axes, x: npt.NDArray[np.float64], of: Any, *, electric: bool) -> None:  # noqa: ANN401
+def _braking(
+    ax: Axes,
+    x: npt.NDArray[np.float64],
+    of: Any,  # noqa: ANN401
+    *,
+    electric: bool,
+) -> None:
     """Draw what brakes: the power of each, mean over the row, 0 where a row takes no time."""
     step = of("step_s")
     own = ("regenerated_energy_added_j", GREEN, "regenerated") if electric else None
@@ -123,7 +130,12 @@ def _braking(ax: Axes, x: npt.NDArray[np.float64], of: Any, *, electric: bool) -
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def _speed(ax: Axes, x: npt.NDArray[np.float64], of: Any, cycle: "OperatingCycle | None") -> None:  # noqa: ANN401
+def _speed(
+    ax: Axes,
+    x: npt.NDArray[np.float64],
+    of: Any,  # noqa: ANN401
+    cycle: "OperatingCycle | None",
+) -> None:
     if cycle is not None:
         limit = cycle["speed_limit_mps"]
         place = np.searchsorted(limit["position_m"], of("position_m"), side="right") - 1
