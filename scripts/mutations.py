@@ -43,8 +43,7 @@ class Mutation:
     tests: str  # "EXECUTABLE FILTER..." separated by ";", the executables as in EXECUTABLES
 
 
-# ------------------------------------------------------------------------------------------ the
-# list
+# ----------------------------------------------------------------------------------------- the list
 PHYSICS = [
     Mutation(
         "empty cells of a fuel map: the row's mean slope in place of its last",
@@ -516,8 +515,8 @@ STATISTICS = [
 
 MUTATIONS = PHYSICS + PLANNING + SAMPLING + STATISTICS
 
-# ----------------------------------------------------------------------------------------- the
-# script package and target of cargo, in the order in which all tests of a change run
+# --------------------------------------------------------------------------------------- the script
+# package and target of cargo, in the order in which all tests of a change run
 EXECUTABLES = {
     "core": ("ocmc-core", "lib"),
     "core-it": ("ocmc-core", "test"),
