@@ -30,7 +30,7 @@ pub struct CurvesRequest<'a> {
     pub mappings: Vec<Mapping>,
     /// How curves are found.
     pub options: CurveOptions,
-    /// Signal of the steering wheel, for logs that only have its angle.
+    /// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
     pub steering: Option<Steering>,
 }
 

@@ -29,7 +29,7 @@ pub struct RoadRequest<'a> {
     pub mappings: Vec<Mapping>,
     /// How roads are found.
     pub options: RoadOptions,
-    /// Signal of the steering wheel, for logs that only have its angle.
+    /// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
     pub steering: Option<Steering>,
     /// Whether the standstills that no object of the map explains are stops of the road.
     pub stops: bool,

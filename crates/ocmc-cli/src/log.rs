@@ -25,7 +25,7 @@ struct LogFileArguments {
     map: Vec<String>,
 }
 
-/// Signal of the steering wheel, for logs that only have its angle.
+/// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct SteeringArguments {
     /// Ratio of the steering, for logs that only have the angle of the steering wheel

@@ -47,7 +47,7 @@ impl JsonSchema for FleetPart {
         let number = generator.subschema_for::<Option<f64>>();
         let word = generator.subschema_for::<String>();
         json_schema!({
-            "description": "What a part of the trips took: of each carrier the amount and the \
+            "description": "Totals of a part of the trips: of each carrier the amount and the \
                             consumption",
             "type": "object",
             "properties": { "by": word, "part": word },

@@ -34,7 +34,7 @@ pub enum Covariate {
     Speed,
     /// Day of the year, as a first harmonic.
     Season,
-    /// Route in the table, where it has several: of these the study knows nothing.
+    /// Route in the table, of which the study knows nothing.
     Route,
 }
 

@@ -244,7 +244,7 @@ pub struct OperatingCycleRequest<'a> {
     /// Radii of the curves that are known; those of `options` for logs, all for operating cycles
     /// where there are none.
     pub radius_range_m: Option<[f64; 2]>,
-    /// Signal of the steering wheel, for logs that only have its angle.
+    /// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
     pub steering: Option<Steering>,
 }
 

@@ -60,7 +60,7 @@ pub struct ValidateRequest<'a> {
     pub road: Option<&'a Path>,
     /// How roads are found in logs.
     pub options: RoadOptions,
-    /// Signal of the steering wheel, for logs that only have its angle.
+    /// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
     pub steering: Option<Steering>,
     /// Whether the standstills of a log are stops of the road that it shows.
     pub stops: bool,
