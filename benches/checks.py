@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""Check what a run costs: `python3 benches/checks.py [cycles] [kilometres] [threads] [memory] [start]`, all without a name.
+"""Check what a run costs.
 
-`--store` measures five figures instead and appends them to `history.csv` beside this file, a line for each commit and
-machine; `--numba 6.7 --fastsim 99` puts the ratios that `peers/run.py` printed beside them. Needs `cargo build --release`. CPU time is the user's, of the whole command; memory is the largest resident set. The figures
-depend on what else the machine does; those of CPU time and memory the least.
+``python3 benches/checks.py [cycles] [kilometres] [threads] [memory] [start]``, all without a name.
+
+`--store` measures five figures instead and appends them to `history.csv` beside this file, a line
+for each commit and machine; `--numba 6.7 --fastsim 99` puts the ratios that `peers/run.py` printed
+beside them. Needs `cargo build --release`. CPU time is the user's, of the whole command; memory is
+the largest resident set. The figures depend on what else the machine does; those of CPU time and
+memory the least.
 """
 
 import argparse
@@ -28,7 +32,7 @@ COUNTS = Path(__file__).with_name("instructions") / "counts.json"
 
 
 class Spent(NamedTuple):
-    """What a command took."""
+    """Time and memory that a command took."""
 
     wall_s: float
     cpu_s: float
@@ -60,7 +64,10 @@ def best(of: int, run: Callable[[], Spent]) -> Spent:
 
 def cycles() -> None:
     """Cost is linear in the number of cycles."""
-    print("| cycles of 100 km | CPU time, s | µs a cycle | ns per simulated second |\n|---|---|---|---|")
+    print(
+        "| cycles of 100 km | CPU time, s | µs a cycle | ns per simulated second |\n"
+        "|---|---|---|---|"
+    )
     for n in (100, 1_000, 10_000, 100_000):
         spent = best(max(1, 1000 // n, 3 if n < 100_000 else 1), lambda n=n: ocmc(n))
         per_second = spent.cpu_s / spent.simulated_s * 1e9
@@ -70,11 +77,16 @@ def cycles() -> None:
 def kilometres() -> None:
     """Cost is linear in the length of the road."""
     # as many cycles of each length: a run's end, where lanes run out of cycles, weighs the same
-    print("| km, 1000 cycles | CPU time, s | µs a km | ns per simulated second |\n|---|---|---|---|")
+    print(
+        "| km, 1000 cycles | CPU time, s | µs a km | ns per simulated second |\n|---|---|---|---|"
+    )
     for km in (10, 30, 100, 300, 1000):
         spent = best(1 if km > 300 else 3, lambda km=km: ocmc(1000, length_m=km * 1e3))
         per_second = spent.cpu_s / spent.simulated_s * 1e9
-        print(f"| {km} | {spent.cpu_s:.2f} | {spent.cpu_s / km * 1e3:.2f} | {per_second:.1f} |", flush=True)
+        print(
+            f"| {km} | {spent.cpu_s:.2f} | {spent.cpu_s / km * 1e3:.2f} | {per_second:.1f} |",
+            flush=True,
+        )
 
 
 def threads() -> None:
@@ -86,10 +98,12 @@ def threads() -> None:
     wall = [min(spent.wall_s for spent in spents) for spents in (one, two)]
     cpu = [min(spent.cpu_s for spent in spents) for spents in (one, two)]
     print(
-        f"10,000 cycles of 100 km: one thread {wall[0]:.2f} s, two {wall[1]:.2f} s: {wall[0] / wall[1]:.2f} times as fast"
+        f"10,000 cycles of 100 km: one thread {wall[0]:.2f} s, two {wall[1]:.2f} s: "
+        f"{wall[0] / wall[1]:.2f} times as fast"
     )
     print(
-        f"CPU time {cpu[0]:.2f} s and {cpu[1]:.2f} s: with two idle cores {2 * cpu[0] / cpu[1]:.2f} times as fast at best"
+        f"CPU time {cpu[0]:.2f} s and {cpu[1]:.2f} s: with two idle cores "
+        f"{2 * cpu[0] / cpu[1]:.2f} times as fast at best"
     )
     if max(os.getloadavg()) > 0.5 + 2:
         print("the machine is not idle: the wall times say little")
@@ -103,7 +117,8 @@ def memory() -> None:
             spent = ocmc(n, "--out", Path(folder) / str(n), length_m=km * 1e3)
             size = sum(path.stat().st_size for path in Path(folder).rglob("*.parquet")) / MEGABYTE
             print(
-                f"| {n:,} cycles of {km} km to {size:.0f} MB of Parquet | {spent.memory_mb:.0f} | {allowed} | {spent.wall_s:.0f} |"
+                f"| {n:,} cycles of {km} km to {size:.0f} MB of Parquet | {spent.memory_mb:.0f} | "
+                f"{allowed} | {spent.wall_s:.0f} |"
             )
             if spent.memory_mb > allowed:
                 raise SystemExit(f"{spent.memory_mb:.0f} MB are more than {allowed}")
@@ -115,7 +130,8 @@ def start() -> None:
     wall = sorted(1e3 * spent.wall_s for spent in runs)
     cpu = median(1e3 * spent.cpu_s for spent in runs)
     print(
-        f"start, study, one cycle of 1 km and its summary: {median(wall):.1f} ms ({wall[0]:.1f} to {wall[-1]:.1f}), CPU {cpu:.1f} ms"
+        f"start, study, one cycle of 1 km and its summary: {median(wall):.1f} ms ({wall[0]:.1f} to "
+        f"{wall[-1]:.1f}), CPU {cpu:.1f} ms"
     )
     if wall[0] > 50:
         raise SystemExit("more than 50 ms")
@@ -134,7 +150,10 @@ def store(numba: float | None, fastsim: float | None) -> None:
     git = ("git", "-C", str(ROOT))
     commit, changed = (
         subprocess.run([*git, *words], capture_output=True, text=True, check=True).stdout.strip()
-        for words in (["rev-parse", "--short=7", "HEAD"], ["status", "--porcelain", "-uno", "--", "crates"])
+        for words in (
+            ["rev-parse", "--short=7", "HEAD"],
+            ["status", "--porcelain", "-uno", "--", "crates"],
+        )
     )
     load = os.getloadavg()[0]
     one, two = (best(3, lambda n=n: ocmc(10_000, "--threads", n)) for n in (1, 2))
@@ -170,7 +189,9 @@ def main() -> None:
     parser.add_argument(
         "--store", action="store_true", help="append the figures of this commit to history.csv"
     )
-    parser.add_argument("--numba", type=float, metavar="RATIO", help="times as fast as the best numba loop")
+    parser.add_argument(
+        "--numba", type=float, metavar="RATIO", help="times as fast as the best numba loop"
+    )
     parser.add_argument("--fastsim", type=float, metavar="RATIO", help="times as fast as FASTSim")
     asked = parser.parse_args()
     if asked.store:

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""How well a large run would use many processors: ``python3 benches/schedule.py [--km 10] [--cycles 1000000]``.
+"""Simulates how well a large run would use many processors.
 
-Runs of 512 cycles are driven one by one, and the time of each is noted (a trace of times). What the thread that takes
-the records does for each is measured by itself: adding to the summary, writing chunks, putting the file of records
-together. Then the program's own rule is simulated with them: threads take the next few cycles while their lanes drive the
-last, one thread takes the records in order, and at most two chunks a thread wait for it. At the end a thread's lanes run
-empty. CPU time throughout: other work on the machine hardly matters. What waiting for a disk costs is `--sync-ms`, five
-for each 1024 records. Needs Linux and `cargo build --release`.
+``python3 benches/schedule.py [--km 10] [--cycles 1000000]``
+
+Runs of 512 cycles are driven one by one, and the time of each is noted (a trace of times). What the
+thread that takes the records does for each is measured by itself: adding to the summary, writing
+chunks, putting the file of records together. Then the program's own rule is simulated with them:
+threads take the next few cycles while their lanes drive the last, one thread takes the records in
+order, and at most two chunks a thread wait for it. At the end a thread's lanes run empty. CPU time
+throughout: other work on the machine hardly matters. What waiting for a disk costs is `--sync-ms`,
+five for each 1024 records. Needs Linux and `cargo build --release`.
 """
 
 import argparse
@@ -51,7 +54,7 @@ class Spent(NamedTuple):
 
 
 class Behind(NamedTuple):
-    """What is done behind the last chunk: how long it takes, and the CPU time of all threads."""
+    """Work behind the last chunk: how long it takes, and the CPU time of all threads."""
 
     wall_s: float
     busy_s: float
@@ -60,8 +63,8 @@ class Behind(NamedTuple):
 class Sink(NamedTuple):
     """CPU time for each record, in s.
 
-    By the thread that takes the records; by those that write chunks; at the end by those that encode groups of rows, and
-    by the one that puts these together.
+    By the thread that takes the records; by those that write chunks; at the end by those that
+    encode groups of rows, and by the one that puts these together.
     """
 
     summary_s: float
@@ -71,7 +74,7 @@ class Sink(NamedTuple):
     assembly_s: float
 
     def behind(self, cycles: int, threads: int) -> Behind:
-        """Give what is done behind the last chunk: groups are encoded side by side, and put together meanwhile."""
+        """Give the work behind the last chunk: groups are encoded, and put together meanwhile."""
         busy_s = cycles * (self.encoding_s + self.assembly_s)
         return Behind(max(cycles * self.assembly_s, busy_s / min(threads, MOST_ENCODERS)), busy_s)
 
@@ -101,7 +104,16 @@ def spent_by(words: list[str], chunks: Path | None) -> tuple[Spent, Spent]:
 
 def sink() -> Sink:
     """Measure what is done with a record, on the shortest cycles that there are."""
-    words = [str(BINARY), "--set", "mission.length_m=200", "--threads", "1", "--quiet", "--json", "--cycles"]
+    words = [
+        str(BINARY),
+        "--set",
+        "mission.length_m=200",
+        "--threads",
+        "1",
+        "--quiet",
+        "--json",
+        "--cycles",
+    ]
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         start, _ = spent_by([*words, "16"], None)
@@ -118,7 +130,9 @@ def times_of_runs(km: float, number: int) -> list[float]:
     """Drive so many runs, and give the CPU time of each."""
     start_s = min(ocmc(1, "--threads", 1, length_m=1e3).cpu_s for _ in range(5))
     drive = ("--threads", 1, "--first-cycle")
-    return [ocmc(TRACED, *drive, k * TRACED, length_m=1e3 * km).cpu_s - start_s for k in range(number)]
+    return [
+        ocmc(TRACED, *drive, k * TRACED, length_m=1e3 * km).cpu_s - start_s for k in range(number)
+    ]
 
 
 class Schedule(NamedTuple):
@@ -129,11 +143,17 @@ class Schedule(NamedTuple):
 
 
 def simulate(
-    times: Iterator[float], threads: int, chunks: int, taking_s: float, tail_s: float, behind: Behind
+    times: Iterator[float],
+    threads: int,
+    chunks: int,
+    taking_s: float,
+    tail_s: float,
+    behind: Behind,
 ) -> Schedule:
     """Simulate the rule of the program.
 
-    `taking_s` is what the records of a chunk take, `tail_s` how long the lanes of a thread run empty at the end.
+    `taking_s` is what the records of a chunk take, `tail_s` how long the lanes of a thread run
+    empty at the end.
     """
     free = [0.0] * threads  # when each thread takes its next chunk
     taken: deque[float] = deque()  # when the records of each chunk are taken, in order
@@ -181,10 +201,12 @@ def main() -> None:
     )
     spread = (max(times) - min(times)) / (sum(times) / len(times))
     print(
-        f"runs of {TRACED}: {1e3 * min(times):.1f} to {1e3 * max(times):.1f} ms, {100 * spread:.0f} % apart\n"
+        f"runs of {TRACED}: {1e3 * min(times):.1f} to {1e3 * max(times):.1f} ms, "
+        f"{100 * spread:.0f} % apart\n"
     )
     print(
-        "| threads | cycles a chunk | driving, s | putting together, s | idle, % | without files, s | idle, % |"
+        "| threads | cycles a chunk | driving, s | putting together, s | idle, % | without files, "
+        "s | idle, % |"
     )
     print("|---|---|---|---|---|---|---|")
     for threads in (1, 2, 8, 64):
@@ -194,14 +216,19 @@ def main() -> None:
         # those that write chunks run on the same processors, one for each four threads
         written = [time_s + chunk * of.writing_s for time_s in driven]
         sync_s = asked.sync_ms / 1e3 * SYNCS / FILE_ROWS
-        slowest_s = max(of.summary_s + of.taking_s + sync_s, of.writing_s / -(-threads // THREADS_A_WRITER))
+        slowest_s = max(
+            of.summary_s + of.taking_s + sync_s, of.writing_s / -(-threads // THREADS_A_WRITER)
+        )
         behind = of.behind(asked.cycles, threads)
         # half of the lanes are empty then, on average
         tail_s = LANES / 2 * a_cycle_s
         with_files = simulate(cycle(written), threads, chunks, chunk * slowest_s, tail_s, behind)
-        without = simulate(cycle(driven), threads, chunks, chunk * of.summary_s, tail_s, Behind(0.0, 0.0))
+        without = simulate(
+            cycle(driven), threads, chunks, chunk * of.summary_s, tail_s, Behind(0.0, 0.0)
+        )
         print(
-            f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind.wall_s:.1f} | {100 * with_files.idle:.0f} |"
+            f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind.wall_s:.1f} | "
+            f"{100 * with_files.idle:.0f} |"
             f" {without.driving_s:.1f} | {100 * without.idle:.0f} |"
         )
     if os.getloadavg()[0] > 1.0:

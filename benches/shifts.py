@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
-"""What gears are shifted for: ``python3 benches/shifts.py [--study field-truck] [--cycles 400] [--vecto FOLDER]``.
+"""Reasons for gear shifts.
 
-Traces of a study and time series of VECTO (`.vmod`, `.vmod.gz`) are cut into pieces of 5 km. Shifts per km of a piece are
-regressed, by least squares, on its stops and changes of the limit per km, the share of its way that is steeper than 2 %,
-and its road types (of VECTO: its missions). A table in Markdown, with standard errors: pieces of one drive count as one
-observation, those of VECTO's few drives each by itself. ``--many 800`` lists the cycles of the run with more shifts per
-100 km, and how many of their shifts lie near a stop. Needs numpy and `cargo build --release`.
+``python3 benches/shifts.py [--study field-truck] [--cycles 400] [--vecto FOLDER]``
+
+Traces of a study and time series of VECTO (`.vmod`, `.vmod.gz`) are cut into pieces of 5 km. Shifts
+per km of a piece are regressed, by least squares, on its stops and changes of the limit per km, the
+share of its way that is steeper than 2 %, and its road types (of VECTO: its missions). A table in
+Markdown, with standard errors: pieces of one drive count as one observation, those of VECTO's few
+drives each by itself. ``--many 800`` lists the cycles of the run with more shifts per 100 km, and
+how many of their shifts lie near a stop. Needs numpy and `cargo build --release`.
 """
 
 import argparse
@@ -62,7 +65,9 @@ def table(text: str) -> list[list[str]]:
 
 def said(*words: object) -> str:
     """Run the program and give what it prints."""
-    return subprocess.run([BINARY, *map(str, words)], check=True, capture_output=True, text=True).stdout
+    return subprocess.run(
+        [BINARY, *map(str, words)], check=True, capture_output=True, text=True
+    ).stdout
 
 
 def driven(study: str, sets: Sequence[str], seed: int, cycle_id: int) -> Drive:
@@ -130,19 +135,33 @@ def pieces(drive: Drive, number: int) -> Iterable[Piece]:
         km = length_m / 1000.0
         if km > 0.0:
             shares = {
-                str(kind): way[here & (kinds == kind)].sum() / length_m for kind in np.unique(kinds[here])
+                str(kind): way[here & (kinds == kind)].sum() / length_m
+                for kind in np.unique(kinds[here])
             }
             steep = way[here & (np.abs(drive.grade) > STEEP)].sum() / length_m
             counts = [sum(found[here]) / km for found in (begins, limits, shifts)]
             yield Piece(number, shares, counts[0], counts[1], steep, counts[2])
 
 
-def regression(found: Sequence[Piece], together: bool) -> tuple[list[str], np.ndarray, np.ndarray, float]:
-    """Give names, coefficients, standard errors and R²; ``together``: the pieces of a drive are one observation."""
+def regression(
+    found: Sequence[Piece], together: bool
+) -> tuple[list[str], np.ndarray, np.ndarray, float]:
+    """Give names, coefficients, standard errors and R².
+
+    ``together``: the pieces of a drive are one observation.
+    """
     kinds = sorted({kind for piece in found for kind in piece.kinds})
-    names = ["stop", "change of the limit", "way steeper than 2 %, km", *(f"km, {kind}" for kind in kinds)]
+    names = [
+        "stop",
+        "change of the limit",
+        "way steeper than 2 %, km",
+        *(f"km, {kind}" for kind in kinds),
+    ]
     known = np.array(
-        [[p.stops_per_km, p.limits_per_km, p.steep, *(p.kinds.get(k, 0.0) for k in kinds)] for p in found]
+        [
+            [p.stops_per_km, p.limits_per_km, p.steep, *(p.kinds.get(k, 0.0) for k in kinds)]
+            for p in found
+        ]
     )
     # what a study has turned off is left out
     present = known.any(axis=0)
@@ -153,7 +172,9 @@ def regression(found: Sequence[Piece], together: bool) -> tuple[list[str], np.nd
     solution = inverse @ known.T @ shifts
     rest = shifts - known @ solution
     groups = np.array([piece.drive for piece in found]) if together else np.arange(len(found))
-    scores = np.array([known[groups == group].T @ rest[groups == group] for group in np.unique(groups)])
+    scores = np.array(
+        [known[groups == group].T @ rest[groups == group] for group in np.unique(groups)]
+    )
     n, observations, unknowns = len(found), len(scores), known.shape[1]
     factor = observations / (observations - 1) * (n - 1) / (n - unknowns)
     errors = np.sqrt(factor * np.diag(inverse @ scores.T @ scores @ inverse))
@@ -206,12 +227,18 @@ def main() -> None:
     parser.add_argument("--many", type=float)
     given = parser.parse_args()
     with ThreadPoolExecutor() as pool:
-        drives = pool.map(lambda k: driven(given.study, given.sets, given.seed, k), range(given.cycles))
+        drives = pool.map(
+            lambda k: driven(given.study, given.sets, given.seed, k), range(given.cycles)
+        )
         found = [piece for k, drive in enumerate(drives) for piece in pieces(drive, k)]
     show(given.study, found, together=True)
     if given.vecto:
         paths = sorted(path for path in given.vecto.iterdir() if ".vmod" in path.suffixes)
-        show("VECTO", [p for k, path in enumerate(paths) for p in pieces(of_vecto(path), k)], together=False)
+        show(
+            "VECTO",
+            [p for k, path in enumerate(paths) for p in pieces(of_vecto(path), k)],
+            together=False,
+        )
     if given.many:
         many(given.study, given.sets, given.seed, given.cycles, given.many)
 

@@ -1,7 +1,8 @@
 //! How often the intervals of adjusted means and quantiles cover the truth, how far they are from
 //! it, and by how much they are narrower than those of plain ones.
 //!
-//!     cargo run --release --example adjusted_coverage -- STUDY [RUNS] [CYCLES ...] [key=value ...] [against:key=value]
+//!     cargo run --release --example adjusted_coverage -- STUDY [RUNS] [CYCLES ...] [key=value ...]
+//!     [against:key=value]
 //!
 //! With `against:` it is the difference to the study with this setting that is asked about.
 //!

@@ -39,7 +39,7 @@ impl Interval {
     }
 }
 
-/// Of one number over all replicates.
+/// Counts of one number over all replicates.
 #[derive(Default)]
 struct Count {
     n: f64,

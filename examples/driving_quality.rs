@@ -18,7 +18,7 @@ const GRADE_CHANGE: f64 = 0.02;
 /// Lateral accelerations that are counted, in m/s².
 const LATERAL_MPS2: [f64; 2] = [3.0, 4.0];
 
-/// What one cycle shows.
+/// Driving in one cycle.
 #[derive(Default)]
 struct Driving {
     switched: bool,

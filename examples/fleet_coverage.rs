@@ -17,7 +17,7 @@ use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-/// What is estimated, how, and its interval.
+/// Estimate of a method, and its interval.
 type Estimate = (f64, Option<[f64; 2]>);
 
 fn main() {

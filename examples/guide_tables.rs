@@ -71,10 +71,12 @@ fn effects(cycles: u64) {
     let all = records("field-truck", &[], cycles);
     let (mean, sd) = mean_and_sd(&all.iter().map(litres).collect::<Vec<_>>());
     println!(
-        "## effects\n\nAll parts on: mean of the cycles {mean:.2}, SD {sd:.2} L/100 km ({cycles} cycles, seed 1).\n"
+        "## effects\n\nAll parts on: mean of the cycles {mean:.2}, SD {sd:.2} L/100 km ({cycles} \
+         cycles, seed 1).\n"
     );
     println!(
-        "| turned off | change of the mean, L/100 km | change of the SD, L/100 km | change of the mean duration, min |"
+        "| turned off | change of the mean, L/100 km | change of the SD, L/100 km | change of the \
+         mean duration, min |"
     );
     println!("|---|---|---|---|");
     for part in [
@@ -95,7 +97,8 @@ fn effects(cycles: u64) {
         effect_row(&format!("`{part}`"), &all, &records("field-truck", &[&set], cycles));
     }
     println!(
-        "\n| instead of the default | change of the mean, L/100 km | change of the SD, L/100 km | change of the mean duration, min |"
+        "\n| instead of the default | change of the mean, L/100 km | change of the SD, L/100 km | \
+         change of the mean duration, min |"
     );
     println!("|---|---|---|---|");
     for (label, set) in [
@@ -118,7 +121,8 @@ fn steps(cycles: u64) {
     let fine = at(0.001);
     println!("## dt\n\nAgainst steps of 1 ms, {cycles} cycles, seed 1.\n");
     println!(
-        "| longest step, s | wheel energy: mean, mean absolute, % | fuel: mean, mean absolute, % | duration, mean absolute, % |"
+        "| longest step, s | wheel energy: mean, mean absolute, % | fuel: mean, mean absolute, % | \
+         duration, mean absolute, % |"
     );
     println!("|---|---|---|---|");
     for step in [2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.005] {
@@ -173,7 +177,8 @@ fn plausibility(cycles: u64) {
         "## plausibility\n\n{cycles} cycles each, seed 1. Fleet mean: total over total distance.\n"
     );
     println!(
-        "| study | mean gross mass, t | L/100 km, fleet mean | SD over cycles | wheel kWh/km | km/h | stops per km | shifts per km | service brake, % of wheel energy |"
+        "| study | mean gross mass, t | L/100 km, fleet mean | SD over cycles | wheel kWh/km | \
+         km/h | stops per km | shifts per km | service brake, % of wheel energy |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for built_in in ocmc_io::study::list() {

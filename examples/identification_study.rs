@@ -10,18 +10,18 @@
 //!                slope that of range=drive or of range=event (largest less smallest value)
 //! signals=pedals,speed,slope   which signals are noisy
 //! wrong=delay    drivers react 0.5 s late; shift: pedals are logged 0.5 s late; mass: the truck
-//!                carries 7 t more than the study's; truck: it is 20 % heavier, rolling resistance and
-//!                drag are 10 % larger, the driver reacts 0.2 s late; slope: 0.002 on the slope; nothing
+//!                carries 7 t more than the study's; truck: it is 20 % heavier, rolling resistance
+//!                and drag are 10 % larger, the driver reacts 0.2 s late; slope: 0.002 on the
+//!                slope; nothing
 //! unknown=delay,mass,resistance   what is estimated with the gains
 //! term=none      or measured, simulated: the speed term
 //! starts=8       starts of a search
 //! least=0        lower bound of K_D, in s²/m
 //! only=+5.5      events whose names have this
 //! clip=false     whether pedals are cut at 0 and 1
-//! mirror=false   each event once more with the same noise of the other sign: in the mean of both the
-//! noise itself is gone, and what is left is bias
-//! intervals=true whether intervals are worked out; without them a run takes a fifth of the time
-//! events=false   a line for each event
+//! mirror=false   each event once more with the same noise of the other sign: in the mean of both
+//! the noise itself is gone, and what is left is bias intervals=true whether intervals are worked
+//! out; without them a run takes a fifth of the time events=false   a line for each event
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
 use ocmc_core::kernel::drive::trace::trace;
@@ -346,7 +346,8 @@ fn main() {
         let (within, of) = coverage(&pairs, name);
         let (bias, error) = mean(&good);
         println!(
-            "| {name} | {bias:+.2} ± {error:.2} % | {:+.2} % | {:+.2} % | {within} of {of}: {:.1} % | {} |",
+            "| {name} | {bias:+.2} ± {error:.2} % | {:+.2} % | {:+.2} % | {within} of {of}: {:.1} \
+             % | {} |",
             median(&good),
             median(&all),
             100.0 * within as f64 / of as f64,
@@ -392,8 +393,8 @@ fn error_of(known: &Known, fit: &EventFit, k: usize) -> f64 {
     100.0 * (found / known.gains[k] - 1.0)
 }
 
-/// The bias of the gains from events with some noise and with the same noise of the other sign: what
-/// is linear in the noise is gone in the mean of both.
+/// The bias of the gains from events with some noise and with the same noise of the other sign:
+/// what is linear in the noise is gone in the mean of both.
 fn pairs(
     known: &[Known],
     fits: &[Option<EventFit>],

@@ -1,4 +1,5 @@
-//! How far the expectations that means are adjusted by are from a million draws, and what they cost.
+//! How far the expectations that means are adjusted by are from a million draws, and what they
+//! cost.
 //!
 //!     cargo run --release --example outline_expectations -- [DRAWS]
 //!

@@ -127,7 +127,8 @@ fn coverage(studies: u64) {
         covered += summary.parameter_uncertainty.map_or(0, |found| holds(found.ci95));
     }
     println!(
-        "{covered} of {studies} intervals cover the true mean {true_mean:.3}; {sampling} of sampling alone"
+        "{covered} of {studies} intervals cover the true mean {true_mean:.3}; {sampling} of \
+         sampling alone"
     );
 }
 

@@ -55,7 +55,9 @@ fn main() {
     let cycles = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(20_000);
     println!("{cycles} cycles each, seed 1, {THREADS} threads.\n");
     println!(
-        "| study | mean ± 95 %, independent | mean ± 95 %, sobol | variance of the mean, independent over sobol | ms a cycle, independent, sobol | the same over the time | P95 ±, independent, sobol |"
+        "| study | mean ± 95 %, independent | mean ± 95 %, sobol | variance of the mean, \
+         independent over sobol | ms a cycle, independent, sobol | the same over the time | P95 ±, \
+         independent, sobol |"
     );
     println!("|---|---|---|---|---|---|---|");
     let part = cycles / ROUNDS;
@@ -82,7 +84,8 @@ fn main() {
         let p95 = |statistic: &Statistic| half_width(statistic.quantiles[4].ci95);
         let label = sets.first().map_or(String::new(), |set| format!(" with `{set}`"));
         println!(
-            "| `{name}`{label} | {:.3} ± {own_half:.4} | {:.3} ± {even_half:.4} | {variance:.2} | {own_ms:.3}, {even_ms:.3} | {gain:.2} | {:.3}, {:.3} |",
+            "| `{name}`{label} | {:.3} ± {own_half:.4} | {:.3} ± {even_half:.4} | {variance:.2} | \
+             {own_ms:.3}, {even_ms:.3} | {gain:.2} | {:.3}, {:.3} |",
             own.mean.unwrap_or(f64::NAN),
             even.mean.unwrap_or(f64::NAN),
             p95(&own),

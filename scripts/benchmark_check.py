@@ -31,7 +31,9 @@ START = dt.date(2023, 1, 1)
 
 def run(program, *arguments):
     """Run the command, and return what it prints."""
-    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [program, *map(str, arguments)], capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
         raise RuntimeError(f"{arguments}: {done.stderr}")
     return done.stdout
@@ -40,7 +42,19 @@ def run(program, *arguments):
 def pool(program, folder, trips, sets):
     """Drive trips, and return those that were completed."""
     options = [x for value in sets for x in ("--set", value)]
-    run(program, *options, "--cycles", trips, "--seed", 77, "--out", folder, "--format", "csv", "--quiet")
+    run(
+        program,
+        *options,
+        "--cycles",
+        trips,
+        "--seed",
+        77,
+        "--out",
+        folder,
+        "--format",
+        "csv",
+        "--quiet",
+    )
     with (folder / "records.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["outcome"] == "completed"]
     keys = [
@@ -68,7 +82,9 @@ def fleet(trips, draw, path, options, truck_sd, driver_sd=0.0, saving=0.0):
         truck = k // options.trips
         driver = draw.randrange(max(truck - 2, 0), min(truck + 3, options.trucks))
         # the pool has the season of its own departure
-        day = START + dt.timedelta(days=int(trip["departure_s_of_year"] // 86400) + 365 * draw.randrange(2))
+        day = START + dt.timedelta(
+            days=int(trip["departure_s_of_year"] // 86400) + 365 * draw.randrange(2)
+        )
         effect = trucks[truck] + drivers[driver] + (math.log(1 - saving) if day >= since else 0.0)
         km = trip["distance_m"] / 1e3
         fuel = trip["consumption_l_per_100km"] * km / 100
@@ -121,7 +137,9 @@ def main():
     parser.add_argument("--cycles", type=int, default=800, help="of the study that expects")
     parser.add_argument("--sd", type=float, default=0.03, help="of the trucks' effects")
     parser.add_argument("--driver-sd", type=float, default=0.0)
-    parser.add_argument("--doubled", type=float, default=0.002, help="share of rows with two trips' fuel")
+    parser.add_argument(
+        "--doubled", type=float, default=0.002, help="share of rows with two trips' fuel"
+    )
     parser.add_argument("--curb-kg", type=float, default=15250.0)
     parser.add_argument("--no-hours", dest="hours", action="store_false", help="no driving times")
     parser.add_argument("--climb", action="store_true", help="the table has a column climb_m")
@@ -136,14 +154,23 @@ def main():
 
         def asked(table, *more):
             done = run(
-                options.ocmc, "benchmark", table, "--cycles", options.cycles, "--json", "--quiet", *more
+                options.ocmc,
+                "benchmark",
+                table,
+                "--cycles",
+                options.cycles,
+                "--json",
+                "--quiet",
+                *more,
             )
             return json.loads(done)
 
         rank, covered, far, silent = [], [], 0, 0
         for f in range(options.fleets):
             table = folder / f"f{f}.csv"
-            true, _ = fleet(trips, random.Random(100 + f), table, options, options.sd, options.driver_sd)
+            true, _ = fleet(
+                trips, random.Random(100 + f), table, options, options.sd, options.driver_sd
+            )
             answer = asked(table)
             level = level_of(answer, "truck")
             far += len(answer["far"])
@@ -168,17 +195,25 @@ def main():
             fleet(trips, random.Random(5000 + f), table, options, 0.0)
             none += not level_of(asked(table), "truck")["differ"]
         if options.null:
-            print(f"fleets without differences: {none} of {options.null} said to have none", flush=True)
+            print(
+                f"fleets without differences: {none} of {options.null} said to have none",
+                flush=True,
+            )
         within, changes = 0, []
         for f in range(options.saving):
             table = folder / "s.csv"
-            _, since = fleet(trips, random.Random(9000 + f), table, options, options.sd, saving=0.03)
+            _, since = fleet(
+                trips, random.Random(9000 + f), table, options, options.sd, saving=0.03
+            )
             found = asked(table, "--since", since.isoformat())["compared"][0]
             changes.append(found["change"])
             within += found["ci95"][0] <= -0.03 <= found["ci95"][1]
         if changes:
             mean = sum(changes) / len(changes)
-            print(f"saving of 3 %: mean {100 * mean:+.2f} %, 95 % intervals cover {within} of {len(changes)}")
+            print(
+                f"saving of 3 %: mean {100 * mean:+.2f} %, 95 % intervals cover {within} of "
+                f"{len(changes)}"
+            )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Prints the crates that differ from the last commit and those that depend on them, as cargo's options.
+"""Prints the crates that differ from the last commit, and their dependents, as cargo's options.
 
-A crate differs where a file of its folder does, or one elsewhere whose path its sources have as a text,
-such as a built-in study. What all are built with changes all of them. Untracked files count.
+A crate differs where a file of its folder does, or one elsewhere whose path its sources have as a
+text, such as a built-in study. What all are built with changes all of them. Untracked files count.
 """
 
 import json

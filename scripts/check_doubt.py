@@ -1,8 +1,8 @@
 """Check `ocmc doubt` by paired runs: the ten largest effects within 20 % or two standard errors.
 
-Usage: python3 scripts/check_doubt.py target/release/ocmc [STUDY] [CYCLES] [SEED]. The ranges are read from
-the text of the study and of its vehicle; each end is settings with which `ocmc compare` drives the study once
-more, under another seed.
+Usage: python3 scripts/check_doubt.py target/release/ocmc [STUDY] [CYCLES] [SEED]. The ranges are
+read from the text of the study and of its vehicle; each end is settings with which `ocmc compare`
+drives the study once more, under another seed.
 """
 
 import json
@@ -18,14 +18,16 @@ def answer(*arguments: str) -> str:
 
 
 def ranges(program: str, study: str) -> dict[str, dict[str, list]]:
-    """Read the keys of each entry of a study, of its bases and of its vehicle, with their ranges."""
+    """Read the keys of each entry of a study, its bases and its vehicle, with their ranges."""
     text = tomllib.loads(answer(program, "study", "show", study))
     base = text["study"].get("base")
     found = ranges(program, base) if base else {}
     judged = dict(text.get("judged", {}))
     vehicle = text.get("vehicle", {}).get("base")
     if vehicle:
-        of_trucks = [name for name, keys in found.items() if any(key.startswith("vehicle.") for key in keys)]
+        of_trucks = [
+            name for name, keys in found.items() if any(key.startswith("vehicle.") for key in keys)
+        ]
         found = {name: keys for name, keys in found.items() if name not in of_trucks}
         of_vehicle = tomllib.loads(answer(program, "study", "show", vehicle)).get("judged", {})
         judged |= {
@@ -34,7 +36,10 @@ def ranges(program: str, study: str) -> dict[str, dict[str, list]]:
             if name != "effects_of"
         }
     judged.pop("effects_of", None)
-    keep = {name: {key: v for key, v in keys.items() if key != "reason"} for name, keys in judged.items()}
+    keep = {
+        name: {key: v for key, v in keys.items() if key != "reason"}
+        for name, keys in judged.items()
+    }
     return found | {name: found.get(name, {}) | keys for name, keys in keep.items()}
 
 
@@ -47,12 +52,27 @@ def toml(value: object) -> str:
     return json.dumps(value)
 
 
-def paired(program: str, asked: tuple[str, str, str], keys: dict[str, list], end: int) -> tuple[float, float]:
+def paired(
+    program: str, asked: tuple[str, str, str], keys: dict[str, list], end: int
+) -> tuple[float, float]:
     """Find the change of the mean at an end, and its standard error."""
     study, cycles, seed = asked
-    sets = [word for key, values in keys.items() for word in ("--set", f"{key}={toml(values[end])}")]
+    sets = [
+        word for key, values in keys.items() for word in ("--set", f"{key}={toml(values[end])}")
+    ]
     found = json.loads(
-        answer(program, "compare", study, *sets, "--cycles", cycles, "--seed", seed, "--json", "--quiet")
+        answer(
+            program,
+            "compare",
+            study,
+            *sets,
+            "--cycles",
+            cycles,
+            "--seed",
+            seed,
+            "--json",
+            "--quiet",
+        )
     )
     low, high = found["ci95"]
     return found["difference"], (high - low) / 2 / 1.96
@@ -68,7 +88,11 @@ def main() -> None:
     for numbers in found["numbers"][:10]:
         for end, name in [(0, "low"), (2, "high")]:
             told = numbers[name]["mean"]
-            keys = {key: values for key, values in known[numbers["name"]].items() if key in numbers["keys"]}
+            keys = {
+                key: values
+                for key, values in known[numbers["name"]].items()
+                if key in numbers["keys"]
+            }
             change, error = paired(program, (study, cycles, seed), keys, end)
             apart = abs(told["by"] - change)
             allowed = max(0.2 * abs(change), 2 * math.hypot(error, told["standard_error"]))

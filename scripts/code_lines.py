@@ -13,13 +13,14 @@ import sys
 
 MOST = 400
 TOKEN = re.compile(
-    r"""//[^\n]*|/\*.*?\*/|r(?P<hash>\#*)".*?"(?P=hash)|b?"(?:\\.|[^"\\])*"|'(?:\\.[^']*|[^'\\])'""",
+    r"""//[^\n]*|/\*.*?\*/|r(?P<hash>\#*)".*?"(?P=hash)"""
+    r"""|b?"(?:\\.|[^"\\])*"|'(?:\\.[^']*|[^'\\])'""",
     re.DOTALL,
 )
 
 
 def without_comments(text: str) -> str:
-    """Rust without its comments; string literals stay, on as many lines as before, without their content."""
+    """Rust without its comments; string literals stay without content, on as many lines."""
 
     def short(match: re.Match[str]) -> str:
         token = match[0]
@@ -53,7 +54,9 @@ def rust_lines(path: pathlib.Path) -> int:
 
 def python_lines(path: pathlib.Path) -> int:
     """Count the lines of a Python file."""
-    text = re.sub(r'^\s*[rf]?"""(?:[^\\]|\\.)*?"""', "", path.read_text(), flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(
+        r'^\s*[rf]?"""(?:[^\\]|\\.)*?"""', "", path.read_text(), flags=re.MULTILINE | re.DOTALL
+    )
     return sum(1 for line in text.splitlines() if line.strip() and not line.strip().startswith("#"))
 
 
@@ -78,8 +81,12 @@ def count(tree: pathlib.Path) -> dict[str, dict[pathlib.Path, int]]:
 
 def main() -> int:
     """Print the counts."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("trees", nargs="*", type=pathlib.Path, default=[pathlib.Path(__file__).parents[1]])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument(
+        "trees", nargs="*", type=pathlib.Path, default=[pathlib.Path(__file__).parents[1]]
+    )
     parser.add_argument("--files", action="store_true", help="a row a file, the longest first")
     arguments = parser.parse_args()
     too_long = []

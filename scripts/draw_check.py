@@ -3,11 +3,12 @@
 
     scripts/draw_check.py OCMC [--roads 60] [--cycles 3000] [--seed 1] [STUDY ...]
 
-Roads of each study are written with `ocmc cycle` and driven whole; stripped to positions and limits, with
-stops, hills and curves drawn; and stripped to their lengths, with all drawn. The same trucks and drivers
-drive them. Prints by how much mean, P5 and P95 of the consumption differ, in %, and exits with 1 where
-limits alone miss the mean by more than 2 % or a quantile by more than 4 %, where lengths alone miss the
-mean by more than 4 %, or where a mean and the same one adjusted differ by more than twice half the interval.
+Roads of each study are written with `ocmc cycle` and driven whole; stripped to positions and
+limits, with stops, hills and curves drawn; and stripped to their lengths, with all drawn. The same
+trucks and drivers drive them. Prints by how much mean, P5 and P95 of the consumption differ, in %,
+and exits with 1 where limits alone miss the mean by more than 2 % or a quantile by more than 4 %,
+where lengths alone miss the mean by more than 4 %, or where a mean and the same one adjusted differ
+by more than twice half the interval.
 """
 
 import argparse
@@ -67,7 +68,16 @@ def roads(options: argparse.Namespace, study: str, folder: pathlib.Path) -> dict
 
 def driven(options: argparse.Namespace, study: str, files: list[str], draw: str | None) -> dict:
     """Statistics of the consumption on the routes."""
-    words = ["drive", *files, "--study", study, "--cycles", str(options.cycles), "--seed", str(options.seed)]
+    words = [
+        "drive",
+        *files,
+        "--study",
+        study,
+        "--cycles",
+        str(options.cycles),
+        "--seed",
+        str(options.seed),
+    ]
     words += ["--json", "--quiet", *(["--draw", draw] if draw else [])]
     return json.loads(call(options.ocmc, *words))["statistics"][QUANTITY]
 
@@ -91,9 +101,13 @@ def main() -> None:
                 found = driven(options, study, files[left], draw)
                 errors = [100 * (found[key] / whole[key] - 1) for key in ("mean", "p5", "p95")]
                 half = 0.5 * (found["ci95"][1] - found["ci95"][0])
-                adjusted = found["adjusted"]["mean"] - found["mean"] if found.get("adjusted") else 0.0
+                adjusted = (
+                    found["adjusted"]["mean"] - found["mean"] if found.get("adjusted") else 0.0
+                )
                 bad = abs(errors[0]) > most_of_mean or abs(adjusted) > 2 * half
-                bad |= most_of_quantiles is not None and max(map(abs, errors[1:])) > most_of_quantiles
+                bad |= (
+                    most_of_quantiles is not None and max(map(abs, errors[1:])) > most_of_quantiles
+                )
                 failed |= bad
                 numbers = " ".join(f"{error:6.2f}" for error in errors)
                 print(

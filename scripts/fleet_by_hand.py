@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""A fleet of trucks by hand, beside the program's own: one study a truck, its driver and its truck frozen.
+"""A fleet of trucks by hand, beside the program's own: one study a truck.
+
+In each, the driver and the truck are frozen.
 
     scripts/fleet_by_hand.py OCMC [--trucks 400] [--trips 50] [--length 20000]
 
-OCMC is the program. By hand, truck k is a run of its own seed in which every trip takes driver and truck from
-cycle 0 (`simulation.frozen`); nested, it is truck k of one run with `--trucks --trips`. The draws differ, the
-laws do not: mean, SD of trips, SD between the means of trucks, and the variance between trucks have to agree
-within two standard errors of their difference. Exit status 1 where they do not.
+OCMC is the program. By hand, truck k is a run of its own seed in which every trip takes driver and
+truck from cycle 0 (`simulation.frozen`); nested, it is truck k of one run with `--trucks --trips`.
+The draws differ, the laws do not: mean, SD of trips, SD between the means of trucks, and the
+variance between trucks have to agree within two standard errors of their difference. Exit status 1
+where they do not.
 """
 
 import argparse
@@ -26,7 +29,9 @@ FURTHEST = 2
 def records(ocmc: str, out: pathlib.Path, *options: str) -> list[dict[str, str]]:
     """Run the program and read its records."""
     subprocess.run(
-        [ocmc, "--quiet", "--format", "csv", "--out", str(out), *options], check=True, capture_output=True
+        [ocmc, "--quiet", "--format", "csv", "--out", str(out), *options],
+        check=True,
+        capture_output=True,
     )
     with (out / "records.csv").open(newline="") as file:
         return list(csv.DictReader(file))
@@ -38,13 +43,17 @@ def consumption(trips: list[dict[str, str]]) -> list[float]:
 
 
 def levels(trucks: list[list[float]]) -> dict[str, tuple[float, float]]:
-    """Give each level's figure with its standard error; of spreads by leaving out one truck at a time."""
+    """Give each level's figure with its standard error.
+
+    Those of spreads are by leaving out one truck at a time.
+    """
     means = [statistics.fmean(trips) for trips in trucks]
     n = len(trucks)
 
     def jackknife(figure: "object") -> tuple[float, float]:
         whole = figure(list(range(n)))  # type: ignore[operator]
-        parts = [figure([k for k in range(n) if k != left]) for left in range(n)]  # type: ignore[operator]
+        others = ([k for k in range(n) if k != left] for left in range(n))
+        parts = [figure(rows) for rows in others]  # type: ignore[operator]
         centre = statistics.fmean(parts)
         return whole, math.sqrt((n - 1) / n * sum((part - centre) ** 2 for part in parts))
 
@@ -99,7 +108,10 @@ def main() -> int:
         by_hand, error_by_hand = other[name]
         apart = (value - by_hand) / math.hypot(error, error_by_hand)
         agree &= abs(apart) <= FURTHEST
-        print(f"{name:<24}{by_hand:>10.3f} ± {error_by_hand:.3f}{value:>10.3f} ± {error:.3f}{apart:>11.2f}")
+        print(
+            f"{name:<24}{by_hand:>10.3f} ± {error_by_hand:.3f}{value:>10.3f} ± "
+            f"{error:.3f}{apart:>11.2f}"
+        )
     return 0 if agree else 1
 
 

@@ -86,7 +86,7 @@ def members(group: str) -> list[str]:
 
 
 def rooms(source: pathlib.Path) -> Graph:
-    """Which room imports which, with one file that does."""
+    """Find the imports between rooms, each with one file that has it."""
     names = {path.stem for path in source.iterdir() if path.is_dir() or path.suffix == ".rs"}
     names -= {"lib", "main"}
     graph: Graph = {name: {} for name in sorted(names)}
@@ -107,7 +107,7 @@ def rooms(source: pathlib.Path) -> Graph:
 
 
 def crates() -> Graph:
-    """Which crate of the workspace depends on which, tests left out."""
+    """Find the dependencies between crates of the workspace, tests left out."""
     manifests = sorted(ROOT.glob("crates/*/Cargo.toml"))
     graph: Graph = {manifest.parent.name: {} for manifest in manifests}
     for manifest in manifests:
@@ -141,13 +141,15 @@ def circle(graph: Graph) -> list[str]:
 
 
 def kernel_files(kernel: pathlib.Path) -> Graph:
-    """Which file of the kernel imports which, by `room/file`; `mod` is what a room re-exports."""
+    """Find the imports between the kernel's files, by `room/file`; `mod` has the re-exports."""
     files = {str(path.relative_to(kernel).with_suffix("")): path for path in kernel.rglob("*.rs")}
     graph: Graph = {name: {} for name in sorted(files)}
     for name, path in files.items():
         text = code(path.read_text(encoding="utf-8"))
         room = name.partition("/")[0]
-        imported = [f"{room}/{found}" for found in re.findall(r"^use super::(\w+)", text, re.MULTILINE)]
+        imported = [
+            f"{room}/{found}" for found in re.findall(r"^use super::(\w+)", text, re.MULTILINE)
+        ]
         for other, found in re.findall(r"\bcrate::kernel::(\w+)::(\w+)", text):
             imported.append(f"{other}/{found}" if f"{other}/{found}" in files else f"{other}/mod")
         for other in imported:
@@ -157,7 +159,7 @@ def kernel_files(kernel: pathlib.Path) -> Graph:
 
 
 def rooms_between(files: Graph) -> Graph:
-    """Which room of the kernel imports which, from its files."""
+    """Find the imports between rooms of the kernel, from its files."""
     graph: Graph = {}
     for name, imported in files.items():
         room = graph.setdefault(name.partition("/")[0], {})
@@ -179,7 +181,9 @@ def reached(graph: Graph, start: str) -> set[str]:
 def large_circles(graph: Graph) -> list[str]:
     """Circles of files that leave a room or have more than six files."""
     behind = {name: reached(graph, name) for name in graph}
-    circles = {tuple(sorted(b for b in behind[a] if a in behind[b])) for a in graph if a in behind[a]}
+    circles = {
+        tuple(sorted(b for b in behind[a] if a in behind[b])) for a in graph if a in behind[a]
+    }
     return [
         f"circle of files: {', '.join(files)}"
         for files in sorted(circles)
@@ -224,7 +228,8 @@ def main() -> int:
     for source in sorted(ROOT.glob("crates/*/src")):
         name, graph = source.parent.name, rooms(source)
         draw(f"rooms of {name}", graph)
-        # all circles: one arrow of each that is found is taken away before the next one is looked for
+        # all circles: one arrow of each that is found is taken away before the next one is looked
+        # for
         left = {room: dict(arrows) for room, arrows in graph.items()}
         while found := circle(left):
             files = [str(graph[a][b].relative_to(ROOT)) for a, b in itertools.pairwise(found)]

@@ -1,7 +1,7 @@
 """Reckon the stored effects of judged numbers again: configs/judged-effects.csv.
 
-Usage: python3 scripts/judged_effects.py target/release/ocmc [STUDY...]. It takes some ten minutes on two
-cores for all built-in studies. Run it when a built-in study changes, which the test
+Usage: python3 scripts/judged_effects.py target/release/ocmc [STUDY...]. It takes some ten minutes
+on two cores for all built-in studies. Run it when a built-in study changes, which the test
 `every_built_in_study_has_its_effects` notices.
 """
 
@@ -31,16 +31,24 @@ def vehicle_of(study: str) -> str:
 
 def rows_of(program: str, study: str) -> list[str]:
     """Reckon the rows of a study, the largest effect first."""
-    found = json.loads(answer(program, "doubt", "--study", study, "--cycles", CYCLES, "--json", "--quiet"))
+    found = json.loads(
+        answer(program, "doubt", "--study", study, "--cycles", CYCLES, "--json", "--quiet")
+    )
     start = f"{study},{found['study_hash'][:12]},{vehicle_of(study)},{found['column']}"
     whole = (found["together"]["mean"] / found["mean"]) ** 2
-    return [f"{start},{numbers['name']},{numbers['share'] * whole:.3g}" for numbers in found["numbers"]]
+    return [
+        f"{start},{numbers['name']},{numbers['share'] * whole:.3g}" for numbers in found["numbers"]
+    ]
 
 
 def main() -> None:
     """Write the rows of all studies, or those of some anew."""
     program, *wanted = sys.argv[1:]
-    studies = [line.split()[0] for line in answer(program, "study", "list").splitlines() if line[:1].strip()]
+    studies = [
+        line.split()[0]
+        for line in answer(program, "study", "list").splitlines()
+        if line[:1].strip()
+    ]
     known: dict[str, list[str]] = {}
     for line in FILE.read_text().splitlines()[1:]:
         known.setdefault(line.split(",")[0], []).append(line)

@@ -3,25 +3,27 @@
 
     scripts/launches.py [LOG.csv ...]
 
-Without a file it measures the trucks of `../shared/data` (or `OCMC_DATA`); with files, those, by the same
-definition, so that traces of our own stand beside the logs. A file has columns of time and of speed, and
-perhaps one of gears, 0 while none is engaged (names: `TIMES`, `SPEEDS`, `GEARS`).
+Without a file it measures the trucks of `../shared/data` (or `OCMC_DATA`); with files, those, by
+the same definition, so that traces of our own stand beside the logs. A file has columns of time and
+of speed, and perhaps one of gears, 0 while none is engaged (names: `TIMES`, `SPEEDS`, `GEARS`).
 
 A *launch* in a log at whole seconds (others are read there, linearly between their samples):
 
 1. It begins at the last sample of a standstill, at most 0.5 km/h.
-2. It lasts until the speed has fallen by more than 1 m/s below its highest so far, the truck stands or the
-   log has a gap of more than 2 s. A gear change costs less than 1 m/s; who lifts for a queue loses more.
-3. The time to a speed is that of its first crossing, between samples linearly; a launch that does not get
-   there counts for the lower speeds only.
-4. It is *free* as long as every 5 s bring at least 0.5 m/s: a full truck still gains that on a slope of 3 %,
-   so what gains less is held by a limit, a bend or the traffic, not by its engine.
-5. It is *sound* if no second changes the speed by more than 2.5 m/s: logs jump where their signal was lost.
-   What is free is sound, too.
+2. It lasts until the speed has fallen by more than 1 m/s below its highest so far, the truck stands
+   or the log has a gap of more than 2 s. A gear change costs less than 1 m/s; who lifts for a queue
+   loses more.
+3. The time to a speed is that of its first crossing, between samples linearly; a launch that does
+   not get there counts for the lower speeds only.
+4. It is *free* as long as every 5 s bring at least 0.5 m/s: a full truck still gains that on a
+   slope of 3 %, so what gains less is held by a limit, a bend or the traffic, not by its engine.
+5. It is *sound* if no second changes the speed by more than 2.5 m/s: logs jump where their signal
+   was lost. What is free is sound, too.
 
-A *stop* is a launch read backwards: from a speed, last crossed, down to the first sample of the standstill.
-The acceleration in a band of speeds is its width over the time from its first to its second end. A *share*
-is that of VECTO's curve for trucks (Truck.vacc): the time from 0 to 50 km/h by the curve over the launch's.
+A *stop* is a launch read backwards: from a speed, last crossed, down to the first sample of the
+standstill. The acceleration in a band of speeds is its width over the time from its first to its
+second end. A *share* is that of VECTO's curve for trucks (Truck.vacc): the time from 0 to 50 km/h
+by the curve over the launch's.
 """
 
 import argparse
@@ -46,7 +48,13 @@ VECTO_50_S = 15.53  # Truck.vacc: 1 m/s² up to 25 km/h, then linearly down to 0
 
 # columns by their names; speeds with the m/s of their unit
 TIMES = ("time_s", "time [s]", "cycSecs", "time", "Time")
-SPEEDS = {"speed_mps": 1.0, "cycMps": 1.0, "mps": 1.0, "v_act [km/h]": 1 / 3.6, "speed_kmh": 1 / 3.6}
+SPEEDS = {
+    "speed_mps": 1.0,
+    "cycMps": 1.0,
+    "mps": 1.0,
+    "v_act [km/h]": 1 / 3.6,
+    "speed_kmh": 1 / 3.6,
+}
 GEARS = ("gear", "Gear [-]")
 
 DATA = pathlib.Path(os.environ.get("OCMC_DATA", pathlib.Path(__file__).parents[2] / "shared/data"))
@@ -96,7 +104,9 @@ class Run(NamedTuple):
         """Distance driven in the first seconds."""
         t, v = self.log.time_s, self.log.speed_mps
         spans = (min(b, t[0] + until_s) - a for a, b in itertools.pairwise(t) if a < t[0] + until_s)
-        return sum(span * (a + b) / 2 for span, (a, b) in zip(spans, itertools.pairwise(v), strict=False))
+        return sum(
+            span * (a + b) / 2 for span, (a, b) in zip(spans, itertools.pairwise(v), strict=False)
+        )
 
     def shifts(self, until_s):
         """Gear changes in the first seconds, and samples without a gear since the first one."""
@@ -117,7 +127,11 @@ def read(path):
     speeds, unit = next((table[name], unit) for name, unit in SPEEDS.items() if name in table)
     gears = next((table[name] for name in GEARS if name in table), ["0"] * len(times))
     return at_whole_seconds(
-        Log([float(t) for t in times], [unit * float(v) for v in speeds], [int(float(g or 0)) for g in gears])
+        Log(
+            [float(t) for t in times],
+            [unit * float(v) for v in speeds],
+            [int(float(g or 0)) for g in gears],
+        )
     )
 
 
@@ -153,7 +167,10 @@ def launches(log):
         driven = v[begin : end + 1]
         held = (k for k in range(len(driven) - HELD_S) if driven[k + HELD_S] - driven[k] < HELD_MPS)
         sound = all(abs(b - a) <= JUMP_MPS for a, b in itertools.pairwise(driven))
-        yield Run(Log(*(column[begin : end + 1] for column in log)), next(held, end - begin) if sound else 0)
+        yield Run(
+            Log(*(column[begin : end + 1] for column in log)),
+            next(held, end - begin) if sound else 0,
+        )
 
 
 def stops(log):
@@ -166,7 +183,9 @@ def spread(values, digits=1):
     found = [value for value in values if value is not None]
     if not found:
         return f"{0:4}{'':16}"
-    low, middle, high = statistics.quantiles(found, method="inclusive") if len(found) > 1 else found * 3
+    low, middle, high = (
+        statistics.quantiles(found, method="inclusive") if len(found) > 1 else found * 3
+    )
     least, most = (f"{value:.{digits if value < MANY else 0}f}" for value in (low, high))
     return f"{len(found):4}{middle:6.{digits}f} {f'{least}-{most}':9}"
 
@@ -183,8 +202,13 @@ def print_runs(kind, runs):
     print(f"\nfree {kind}: median m/s² in bands of km/h")
     print(" " * 20 + "".join(f"{f'{low}-{high}':>7}" for low, high in bands))
     for name, found in runs.items():
-        columns = ([a for run in found if (a := run.band_mps2(*band)) is not None] for band in bands)
-        print(f"{name:20.20}" + "".join(f"{statistics.median(c):7.2f}" if c else "      -" for c in columns))
+        columns = (
+            [a for run in found if (a := run.band_mps2(*band)) is not None] for band in bands
+        )
+        print(
+            f"{name:20.20}"
+            + "".join(f"{statistics.median(c):7.2f}" if c else "      -" for c in columns)
+        )
 
 
 def print_launches(runs):
@@ -209,7 +233,10 @@ def print_stops(runs):
     print("\nfree stops from 50 km/h: m")
     for name, found in runs.items():
         times = ((run, run.time_to_s(50, free=True)) for run in found)
-        print(f"{name:20.20}{spread([run.distance_m(s) for run, s in times if s is not None], 0)}".rstrip())
+        print(
+            f"{name:20.20}"
+            f"{spread([run.distance_m(s) for run, s in times if s is not None], 0)}".rstrip()
+        )
 
 
 def main():

@@ -1,13 +1,13 @@
 """How well `ocmc learn` does on made-up exports of a hilly, heavy fleet whose truth is known.
 
-A fleet has judged numbers of `field-truck` drawn with the ends of their ranges as one SD, hills half as
-steep again, heavy loads, and takes at least a fifth more than the default. Its export is a folder with
-a table of 60 trips (3 % noise of fuel, 5 % of weight) and either logs of 1 Hz with speed, positions,
-altitude, yaw rate, limit and consumption, or GPX tracks. The learnt study then answers what the true
-one does, and the trips that were held back are counted in their intervals.
+A fleet has judged numbers of `field-truck` drawn with the ends of their ranges as one SD, hills
+half as steep again, heavy loads, and takes at least a fifth more than the default. Its export is a
+folder with a table of 60 trips (3 % noise of fuel, 5 % of weight) and either logs of 1 Hz with
+speed, positions, altitude, yaw rate, limit and consumption, or GPX tracks. The learnt study then
+answers what the true one does, and the trips that were held back are counted in their intervals.
 
-    python scripts/learn_check.py OCMC --fleets 5 --kind logs [--splits 20] [--truth 20000] [--keep DIR]
-    python scripts/learn_check.py OCMC --fleets 5 --kind gpx
+    python scripts/learn_check.py OCMC --fleets 5 --kind logs [--splits 20] [--truth 20000] [--keep
+    DIR] python scripts/learn_check.py OCMC --fleets 5 --kind gpx
 """
 
 # ruff: noqa: PLR0915, S311 (made-up exports, one after the other)
@@ -57,7 +57,13 @@ def fleet(draw, path, length_km):
     for road, sd in SLOPE_SD.items():
         put(tree, f"road.types.{road}.topography.slope_sd", HILLS * sd * draw.uniform(0.9, 1.1))
     put(tree, "mission.payload_kg", HEAVY)
-    law = {"distribution": "log_normal", "median": 1e3 * length_km, "log_sd": 0.4, "lower": 1e4, "upper": 3e5}
+    law = {
+        "distribution": "log_normal",
+        "median": 1e3 * length_km,
+        "log_sd": 0.4,
+        "lower": 1e4,
+        "upper": 3e5,
+    }
     put(tree, "mission.length_m", law)
     path.write_text("\n".join(f"{key} = {toml(value)}" for key, value in tree.items()) + "\n")
 
@@ -86,7 +92,8 @@ def rows_of(ocmc, study, cycle, draw):
             yield {
                 "time_s": t,
                 "lat": 48.0 + math.degrees((y + SCATTER_M * errors[0]) / EARTH_M),
-                "lon": 9.0 + math.degrees((x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(48))),
+                "lon": 9.0
+                + math.degrees((x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(48))),
                 "altitude": z + HEIGHT_M * errors[2],
                 "speed_kmh": 3.6 * float(row["speed_mps"]),
                 "yaw": float(row["yaw_rate_radps"]) + 0.004 * draw.gauss(0, 1),
@@ -112,7 +119,9 @@ def export(ocmc, study, kind, folder, draw):
         truck = f"truck-{k % TRUCKS:02}"
         start = START + timedelta(seconds=float(trip["departure_s_of_year"]))
         km = float(trip["distance_m"]) / 1e3
-        litres = float(trip["consumption_l_per_100km"]) * km / 100 * (1 + FUEL_NOISE * draw.gauss(0, 1))
+        litres = (
+            float(trip["consumption_l_per_100km"]) * km / 100 * (1 + FUEL_NOISE * draw.gauss(0, 1))
+        )
         tons = (curb_kg + float(trip["payload_kg"])) / 1e3 * (1 + WEIGHT_NOISE * draw.gauss(0, 1))
         hours = float(trip["duration_s"]) / 3600
         stamp = start.isoformat(timespec="minutes").split("+")[0]
@@ -123,10 +132,15 @@ def export(ocmc, study, kind, folder, draw):
             track(folder / f"trip-{k:02}.gpx", start, rows)
         else:
             for row in rows:
-                at = (start + timedelta(seconds=row["time_s"])).isoformat(timespec="seconds").split("+")[0]
+                at = (
+                    (start + timedelta(seconds=row["time_s"]))
+                    .isoformat(timespec="seconds")
+                    .split("+")[0]
+                )
                 logs.setdefault(truck, []).append(
                     f"{at},{truck},{k},{row['speed_kmh']:.2f},{row['lat']:.7f},{row['lon']:.7f},"
-                    f"{row['altitude']:.1f},{row['yaw']:.4f},{row['limit_kmh']},{row['fuel_lph']:.2f},{tons:.2f}"
+                    f"{row['altitude']:.1f},{row['yaw']:.4f},{row['limit_kmh']},"
+                    f"{row['fuel_lph']:.2f},{tons:.2f}"
                 )
     head = (
         "time,truck,trip,speed_kmh,latitude,longitude,altitude_m,yaw_rate_radps,speed_limit_kmh,"
@@ -143,7 +157,11 @@ def track(path, start, rows):
     """Write a trip as GPX."""
     points = []
     for row in rows:
-        at = (start + timedelta(seconds=row["time_s"])).isoformat(timespec="seconds").replace("+00:00", "Z")
+        at = (
+            (start + timedelta(seconds=row["time_s"]))
+            .isoformat(timespec="seconds")
+            .replace("+00:00", "Z")
+        )
         points.append(
             f'<trkpt lat="{row["lat"]:.7f}" lon="{row["lon"]:.7f}"><ele>{row["altitude"]:.1f}</ele>'
             f"<time>{at}</time></trkpt>"
@@ -166,7 +184,9 @@ def main():
     parser.add_argument("--fleets", type=int, default=5)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kind", choices=["logs", "gpx"], default="logs")
-    parser.add_argument("--splits", type=int, default=0, help="further seeds, each with its own fifth")
+    parser.add_argument(
+        "--splits", type=int, default=0, help="further seeds, each with its own fifth"
+    )
     parser.add_argument("--truth", type=int, default=20000)
     parser.add_argument("--length-km", type=float, default=60)
     parser.add_argument("--keep", type=Path, help="folder in which the exports stay")
@@ -191,7 +211,11 @@ def main():
             files = folder / f"export-{f}-{options.kind}"
             each = sorted(export(options.ocmc, study, options.kind, files, draw))
             se = 100 * deviation(each) / math.sqrt(len(each)) / (sum(each) / len(each))
-            own = {"p5": quantile(each, 0.05), "p50": quantile(each, 0.5), "p95": quantile(each, 0.95)}
+            own = {
+                "p5": quantile(each, 0.05),
+                "p50": quantile(each, 0.5),
+                "p95": quantile(each, 0.95),
+            }
             own["mean"] = sum(each) / len(each)
             for split in range(1, 2 + options.splits):
                 out = folder / f"learnt-{f}-{options.kind}-{split}.toml"
@@ -205,19 +229,33 @@ def main():
                 one = derived(out, folder / f"one-{f}-{options.kind}.toml", electric=False)
                 found = answers(options.ocmc, one, 4000, 9)
                 line = [
-                    f"fleet {f}: true {true['mean']:.1f} (default {default['mean']:.1f}), {se:.1f} % of SE"
+                    (
+                        f"fleet {f}: true {true['mean']:.1f} (default {default['mean']:.1f}), "
+                        f"{se:.1f} % of SE"
+                    )
                 ]
                 for who, values in [("learnt", found), ("rows", own), ("default", default)]:
                     off = [error(measure, values[measure], true[measure]) for measure in MEASURES]
                     errors.setdefault(who, []).append(off)
                     line.append(f"{who} " + " ".join(f"{x:+.1f}" for x in off))
                 print("; ".join(line), flush=True)
-                print("  ", {p["what"]: p["refused"] for p in answer["parts"]}, f"{answer['wall_s']:.0f} s")
+                print(
+                    "  ",
+                    {p["what"]: p["refused"] for p in answer["parts"]},
+                    f"{answer['wall_s']:.0f} s",
+                )
     for who, rows in errors.items():
         means = [sum(column) / len(column) for column in zip(*rows, strict=True)]
-        rms = [math.sqrt(sum(x * x for x in column) / len(column)) for column in zip(*rows, strict=True)]
+        rms = [
+            math.sqrt(sum(x * x for x in column) / len(column))
+            for column in zip(*rows, strict=True)
+        ]
         pairs = itertools.chain(*zip(MEASURES, means, rms, strict=True))
-        print(f"{who:8}", " ".join(x if isinstance(x, str) else f"{x:+.2f}" for x in pairs), "% (mean, RMS)")
+        print(
+            f"{who:8}",
+            " ".join(x if isinstance(x, str) else f"{x:+.2f}" for x in pairs),
+            "% (mean, RMS)",
+        )
     if held:
         print(f"held back: {within} of {held} within 90 % = {within / held:.3f}")
 

@@ -3,13 +3,14 @@
 
     scripts/map_check.py EXTRACT.osm.pbf [TRIPS [SEED]]
 
-Tiles are built of the extract, and ways between random places of it are driven: a place each 10 m, with
-errors of 3 m that fade over 300 m. `ocmc.map.route` lays them on the map again, and on a made-up hill, and
-`ocmc drive` drives the table. Compared are the length of the way, the altitudes, and the lights, give ways
-and stop signs with the extract's own nodes within 1.5 m of the way. Needs `pip install '.[map]' osmium`, and
-says what it skips without them. Exits with 1 where lengths differ by more than 2 % in sum, where more than
-10 % of the lights are missed or not in the extract, or where more than a
-tenth of the altitudes (bridges and tunnels are straight) is off by more than 0.5 m.
+Tiles are built of the extract, and ways between random places of it are driven: a place each 10 m,
+with errors of 3 m that fade over 300 m. `ocmc.map.route` lays them on the map again, and on a
+made-up hill, and `ocmc drive` drives the table. Compared are the length of the way, the altitudes,
+and the lights, give ways and stop signs with the extract's own nodes within 1.5 m of the way. Needs
+`pip install '.[map]' osmium`, and says what it skips without them. Exits with 1 where lengths
+differ by more than 2 % in sum, where more than 10 % of the lights are missed or not in the extract,
+or where more than a tenth of the altitudes (bridges and tunnels are straight) is off by more than
+0.5 m.
 """
 
 import importlib.util
@@ -85,7 +86,9 @@ def raster_of(low, high, path):
     heights = hill(north - (rows + 0.5) * cell, west + (columns + 0.5) * cell)
     corner = rasterio.Affine(cell, 0.0, west, 0.0, -cell, north)
     size = {"width": heights.shape[1], "height": heights.shape[0], "count": 1, "dtype": "float64"}
-    with rasterio.open(path, "w", driver="GTiff", crs="EPSG:4326", transform=corner, **size) as raster:
+    with rasterio.open(
+        path, "w", driver="GTiff", crs="EPSG:4326", transform=corner, **size
+    ) as raster:
         raster.write(heights, 1)
 
 
@@ -171,7 +174,9 @@ def check(extract, trips, seed):
             ours = [(at_m, word) for at_m, word in zip(along(rows), words, strict=True) if word]
             theirs = met(way, objects)
             for word, count in counts.items():
-                a, b = ([thing for thing in things if thing[1] == word] for things in (ours, theirs))
+                a, b = (
+                    [thing for thing in things if thing[1] == word] for things in (ours, theirs)
+                )
                 count += [len(a), len(b), lacking(a, b), lacking(b, a)]
     print("the last track:", *route.account, sep="\n    ")
     height_m, change = np.quantile(off, 0.9), sums["matched"] / sums["way"] - 1.0
@@ -180,7 +185,10 @@ def check(extract, trips, seed):
     print(f"{100 * sums['limited'] / sums['rows']:.0f} % of {sums['rows']:.0f} rows have one")
     print(f"altitudes: 9 in 10 within {height_m:.2f} m")
     for word, (ours, theirs, missed, false) in counts.items():
-        print(f"{word}: {ours} in the tables, {theirs} on the ways; {missed} missed, {false} not there")
+        print(
+            f"{word}: {ours} in the tables, {theirs} on the ways; {missed} missed, {false} not "
+            "there"
+        )
     ours, theirs, missed, false = counts["traffic_light"]
     lights = missed <= LIGHTS * theirs and false <= LIGHTS * ours
     return abs(change) <= LENGTH and lights and height_m <= HEIGHT_M
@@ -190,10 +198,15 @@ def main():
     """Check, or say why not."""
     extract = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else None
     missing = [
-        name for name in ("ocmc", "valhalla", "rasterio", "osmium") if not importlib.util.find_spec(name)
+        name
+        for name in ("ocmc", "valhalla", "rasterio", "osmium")
+        if not importlib.util.find_spec(name)
     ]
     if missing:
-        print(f"skipped: without {', '.join(missing)} (pip install '.[map]' osmium, Python 3.12 or newer)")
+        print(
+            f"skipped: without {', '.join(missing)} (pip install '.[map]' osmium, Python 3.12 or "
+            "newer)"
+        )
     elif extract is None or not extract.is_file():
         print(f"skipped: no extract {extract or ''} (scripts/map_check.py EXTRACT.osm.pbf)")
     elif not check(extract, *map(int, sys.argv[2:4] + ["20", "1"][len(sys.argv) - 2 :])):

@@ -5,14 +5,14 @@
     scripts/mutations.py 3 17      these two
     scripts/mutations.py --list     what would be changed, nothing is built
 
-Each row of MUTATIONS is one change. The tree is copied to a temporary folder, all changes are written
-into it at once, each behind `if mutant(number)`, and compiled once; then the tests run with one change
-turned on at a time by an environment variable. Tests of value stability, which notice that anything
-changed, are left out. The tests named in a row are those that should notice it on principle; where they
-do not, all others run.
+Each row of MUTATIONS is one change. The tree is copied to a temporary folder, all changes are
+written into it at once, each behind `if mutant(number)`, and compiled once; then the tests run with
+one change turned on at a time by an environment variable. Tests of value stability, which notice
+that anything changed, are left out. The tests named in a row are those that should notice it on
+principle; where they do not, all others run.
 
-The code of a row must occur exactly once in the sources (white space does not matter, tests beside the
-code do not count), or the script stops: a row whose code was renamed is to be mended.
+The code of a row must occur exactly once in the sources (white space does not matter, tests beside
+the code do not count), or the script stops: a row whose code was renamed is to be mended.
 """
 
 import argparse
@@ -43,7 +43,7 @@ class Mutation:
     tests: str  # "EXECUTABLE FILTER..." separated by ";", the executables as in EXECUTABLES
 
 
-# ------------------------------------------------------------------------------------------ the list
+# ----------------------------------------------------------------------------------------- the list
 PHYSICS = [
     Mutation(
         "empty cells of a fuel map: the row's mean slope in place of its last",
@@ -59,7 +59,8 @@ PHYSICS = [
     ),
     Mutation(
         "the battery's limit without auxiliaries, where it is looked for",
-        "let drawn = {{speed * torque + self.motor.losses_w(speed, torque) + state.auxiliary_power}};",
+        "let drawn = {{speed * torque + self.motor.losses_w(speed, torque) + "
+        "state.auxiliary_power}};",
         "speed * torque + self.motor.losses_w(speed, torque)",
         "it electric::motor_and_auxiliaries",
     ),
@@ -101,7 +102,8 @@ PHYSICS = [
     ),
     Mutation(
         "rolling resistance of the empty truck",
-        "rolling_coefficient(&self.axles, {{mass_kg}}, self.load_range(), self.rolling_load_exponent)",
+        "rolling_coefficient(&self.axles, {{mass_kg}}, self.load_range(), "
+        "self.rolling_load_exponent)",
         "self.curb_mass_kg",
         "core-it sampled::driver",
     ),
@@ -256,7 +258,8 @@ PLANNING = [
     ),
     Mutation(
         "the clock that traffic and weather go by does not wait at stops",
-        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}}, Change::Speed { section: s",
+        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}}, Change::Speed { "
+        "section: s",
         "&0.0",
         "it free_flow_clock::",
     ),
@@ -385,7 +388,8 @@ SAMPLING = [
     ),
     Mutation(
         "stretches of road are longer by their smallest length",
-        "let sojourn = minimum + {{(self.mean_length_m[road_type] - minimum)}} * draws.exponential();",
+        "let sojourn = minimum + {{(self.mean_length_m[road_type] - minimum)}} * "
+        "draws.exponential();",
         "(self.mean_length_m[road_type])",
         "core road_type::tests; core-it sampled::road",
     ),
@@ -502,7 +506,8 @@ STATISTICS = [
     ),
     Mutation(
         "radius of a detected curve from all of its cells",
-        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}}; (turn > 0.0).then(|| inner / turn)",
+        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}}; (turn > 0.0).then(|| inner / "
+        "turn)",
         "grid.curvature_per_m[run.first..run.end].iter().sum::<f64>()",
         "estimation-it curve_detection::",
     ),
@@ -510,7 +515,7 @@ STATISTICS = [
 
 MUTATIONS = PHYSICS + PLANNING + SAMPLING + STATISTICS
 
-# ----------------------------------------------------------------------------------------- the script
+# --------------------------------------------------------------------------------------- the script
 # package and target of cargo, in the order in which all tests of a change run
 EXECUTABLES = {
     "core": ("ocmc-core", "lib"),
@@ -571,7 +576,9 @@ def locate(root):
     places, faults = [], []
     for number, mutation in enumerate(MUTATIONS, 1):
         found = [
-            (path, match.span(1)) for path, text in texts for match in pattern(mutation.code).finditer(text)
+            (path, match.span(1))
+            for path, text in texts
+            for match in pattern(mutation.code).finditer(text)
         ]
         if len(found) != 1:
             where = ", ".join(str(path.relative_to(root)) for path, _ in found) or "nowhere"
@@ -609,7 +616,17 @@ def write(root, places):
 def build(root, target):
     """Compiles the tests; their executables by name."""
     environment = os.environ | {"CARGO_TARGET_DIR": str(target)}
-    command = ["cargo", "test", "--no-run", "--release", "--workspace", "--lib", "--test", "it", "--locked"]
+    command = [
+        "cargo",
+        "test",
+        "--no-run",
+        "--release",
+        "--workspace",
+        "--lib",
+        "--test",
+        "it",
+        "--locked",
+    ]
     command += ["--message-format=json-render-diagnostics"]
     built = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, check=True)
     lines = built.stdout.decode().splitlines()
@@ -660,7 +677,9 @@ def check_names(executables):
     for number, mutation in enumerate(MUTATIONS, 1):
         for part in mutation.tests.split(";"):
             name, *filters = part.split()
-            missing = [wanted for wanted in filters if not any(wanted in test for test in lists[name])]
+            missing = [
+                wanted for wanted in filters if not any(wanted in test for test in lists[name])
+            ]
             faults += [f"{number}: no test {wanted} in {name}" for wanted in missing]
     if faults:
         sys.exit("these rows name tests that are not there:\n  " + "\n  ".join(faults))

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""From a study to logs, to a fitted study, and back: two fleets whose roads are not the default ones.
+"""From a study to logs, to a fitted study, and back: two fleets with other roads than the default.
 
     scripts/road_round_trip.py OCMC [--logs 200] [--cycles 4000] [--seed 5] [--directory DIR]
 
-Each log is a trip of the fleet at 1 Hz: position, speed with 0.05 m/s of noise, altitude with 3 m, yaw rate
-with 0.003 rad/s, the limit of trucks, the road type, and the objects of a map beside the way. `fit
-operating-cycle` fits a study to the logs, over the default one. Mean, P5, P50 and P95 of its litres per
-100 km have to lie within 3 % of the fleet's own. Exit status 1 where one does not.
+Each log is a trip of the fleet at 1 Hz: position, speed with 0.05 m/s of noise, altitude with 3 m,
+yaw rate with 0.003 rad/s, the limit of trucks, the road type, and the objects of a map beside the
+way. `fit operating-cycle` fits a study to the logs, over the default one. Mean, P5, P50 and P95 of
+its litres per 100 km have to lie within 3 % of the fleet's own. Exit status 1 where one does not.
 """
 
 import argparse
@@ -59,7 +59,15 @@ OBJECTS = {
     "green_light": "traffic_light",
     "speed_bump_height_m": "speed_bump",
 }
-COLUMNS = ["time_s", "position_m", "speed_mps", "altitude_m", "limit_mps", "road_type", "yaw_rate_radps"]
+COLUMNS = [
+    "time_s",
+    "position_m",
+    "speed_mps",
+    "altitude_m",
+    "limit_mps",
+    "road_type",
+    "yaw_rate_radps",
+]
 FURTHEST = 0.03
 
 
@@ -90,7 +98,9 @@ def log(ocmc: str, options: list[str], cycle: int, path: pathlib.Path) -> None:
         kind = types[max(bisect.bisect_right(types, (at, chr(0x10FFFF))) - 1, 0)][1]
         speed = max(0.0, float(row["speed_mps"]) + noise.gauss(0, 0.05))
         yaw = float(row["yaw_rate_radps"]) + noise.gauss(0, 0.003)
-        logged.append([second, at, speed, altitude + noise.gauss(0, 3), row["limit_mps"], kind, yaw, ""])
+        logged.append(
+            [second, at, speed, altitude + noise.gauss(0, 3), row["limit_mps"], kind, yaw, ""]
+        )
     positions = [row[1] for row in logged]
     for track, name in OBJECTS.items():
         for at, _ in tracks.get(track, []):
@@ -124,18 +134,32 @@ def main() -> int:
         for name, keys in FLEETS.items():
             directory = root / name.replace(", ", "-").replace(" ", "-")
             directory.mkdir(parents=True)
-            fleet = ["--study", BASE, *(part for key in keys for part in ("--set", f"{key}={keys[key]}"))]
+            fleet = [
+                "--study",
+                BASE,
+                *(part for key in keys for part in ("--set", f"{key}={keys[key]}")),
+            ]
             seeded = [*fleet, "--seed", str(arguments.seed)]
             paths = [directory / f"{cycle}.csv" for cycle in range(arguments.logs)]
             with concurrent.futures.ThreadPoolExecutor() as pool:
                 tasks = [
-                    pool.submit(log, arguments.ocmc, seeded, cycle, path) for cycle, path in enumerate(paths)
+                    pool.submit(log, arguments.ocmc, seeded, cycle, path)
+                    for cycle, path in enumerate(paths)
                 ]
                 for task in tasks:
                     task.result()
             study = directory / "fitted.toml"
             subprocess.run(
-                [arguments.ocmc, "fit", "operating-cycle", *paths, "--base", BASE, "--study-out", study],
+                [
+                    arguments.ocmc,
+                    "fit",
+                    "operating-cycle",
+                    *paths,
+                    "--base",
+                    BASE,
+                    "--study-out",
+                    study,
+                ],
                 check=True,
                 capture_output=True,
             )
@@ -144,7 +168,9 @@ def main() -> int:
             for key in ("mean", "p5", "p50", "p95"):
                 off = fitted[key] / own[key] - 1
                 failed |= abs(off) > FURTHEST
-                print(f"{name}: {key:4} {own[key]:.2f}, fitted {fitted[key]:.2f} L/100 km, {off:+.1%}")
+                print(
+                    f"{name}: {key:4} {own[key]:.2f}, fitted {fitted[key]:.2f} L/100 km, {off:+.1%}"
+                )
     return int(failed)
 
 

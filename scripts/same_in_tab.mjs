@@ -159,7 +159,8 @@ function checkAnswers() {
       const input = JSON.stringify(asked);
       const said = spawnSync(program, ["ask", "--quiet"], { cwd: parent, input, encoding: "utf8" });
       const files = new Map([["route.gpx", new TextEncoder().encode(track())]]);
-      const [a, b] = [said.stdout.trim(), command([], asked, files)].map((text) => JSON.parse(text));
+      const texts = [said.stdout.trim(), command([], asked, files)];
+      const [a, b] = texts.map((text) => JSON.parse(text));
       const isSame = essence(a) === essence(b);
       check(`${asked.ask}, ${b.reason?.split("\n")[0] ?? "an answer"}`, isSame);
     }
@@ -177,18 +178,21 @@ async function checkWorkers() {
     check(`answer of three workers, ${asked.ask} ${asked.study ?? compared}`, a === b);
   }
   const controller = new AbortController();
-  const asked = three.ask(question("field-truck", { cycles: 100000 }), { signal: controller.signal });
+  const many = question("field-truck", { cycles: 100000 });
+  const asked = three.ask(many, { signal: controller.signal });
   setTimeout(() => controller.abort(), 300);
   const begin = performance.now();
   const name = await asked.then(() => "answer", (error) => error.name);
   check("a question that is taken back", name === "AbortError" && performance.now() - begin < 2000);
   const after = await three.ask(question("field-truck", { cycles: 40 }));
   check("the question after it", after.answer.cycles === 40);
-  await three.putFile("mine.toml", new TextEncoder().encode('[study]\nname = "mine"\nbase = "regional"\n'));
+  const mine = '[study]\nname = "mine"\nbase = "regional"\n';
+  await three.putFile("mine.toml", new TextEncoder().encode(mine));
   const { answer } = await three.ask(question("mine.toml", { cycles: 40 }));
   check("a study of a file", answer.study === "mine");
   await three.removeFile("mine.toml");
-  const gone = await three.ask(question("mine.toml", { cycles: 40 })).catch((error) => error.message);
+  const again = three.ask(question("mine.toml", { cycles: 40 }));
+  const gone = await again.catch((error) => error.message);
   check("a file that is gone", typeof gone === "string" && gone.includes("mine.toml"));
 }
 
@@ -211,7 +215,10 @@ function host() {
 async function browser() {
   const { chromium } = createRequire(import.meta.url)("playwright-core");
   const server = await host();
-  const launched = await chromium.launch({ executablePath: options.chromium, args: ["--no-sandbox"] });
+  const launched = await chromium.launch({
+    executablePath: options.chromium,
+    args: ["--no-sandbox"],
+  });
   const address = `http://127.0.0.1:${server.address().port}/`;
   const page = async () => {
     const opened = await launched.newPage();
@@ -275,7 +282,8 @@ async function secondsInNode(workers, cycles, times) {
 async function time(where, secondsOf) {
   for (const [workers, cycles, times] of [[1, 1000, 4], [2, 1000, 4], [1, 100, 2]]) {
     const taken = (await secondsOf(workers, cycles, times)).map((s) => s.toFixed(2)).join(", ");
-    console.log(`${where}, ${workers} worker(s), ${cycles} cycles of 100 km, cold first: ${taken} s`);
+    const told = `${where}, ${workers} worker(s), ${cycles} cycles of 100 km`;
+    console.log(`${told}, cold first: ${taken} s`);
   }
 }
 

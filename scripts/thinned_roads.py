@@ -3,13 +3,13 @@
 
     scripts/thinned_roads.py OCMC [--roads 8] [--cycles 10] [--seed 40]
 
-Roads of straights and bends with ramps, a point each 5 m, 20 km long, of five kinds: radii of 50 to 500 m, 50
-to 2000 m, 700 to 2500 m, motorways of 1500 to 6000 m, and quarter turns of 15 to 40 m in a city. Each is
-thinned so that no point moves by more than a tolerance (Douglas and Peucker), or to even spacings, written as
-a route with latitude, longitude and limit, and driven by the same trucks as the whole road. Prints, by kind
-and thinning, the consumption over that of the whole road, less 1, in %: `!` marks `sparse-points`, `B`
-`beeline`. At the end: answers that are more than 2 % off without a warning, and those less than 0.5 % off
-with one.
+Roads of straights and bends with ramps, a point each 5 m, 20 km long, of five kinds: radii of 50 to
+500 m, 50 to 2000 m, 700 to 2500 m, motorways of 1500 to 6000 m, and quarter turns of 15 to 40 m in
+a city. Each is thinned so that no point moves by more than a tolerance (Douglas and Peucker), or to
+even spacings, written as a route with latitude, longitude and limit, and driven by the same trucks
+as the whole road. Prints, by kind and thinning, the consumption over that of the whole road, less
+1, in %: `!` marks `sparse-points`, `B` `beeline`. At the end: answers that are more than 2 % off
+without a warning, and those less than 0.5 % off with one.
 """
 
 import argparse
@@ -49,7 +49,11 @@ def road(draw: random.Random, kind: str) -> list[Point]:
     while done_m < LENGTH_M:
         radius_m = math.exp(draw.uniform(math.log(least_m), math.log(most_m)))
         turn_deg = (
-            90 if kind == "city" else draw.uniform(10, 90) if radius_m < WIDE_M else draw.uniform(5, 40)
+            90
+            if kind == "city"
+            else draw.uniform(10, 90)
+            if radius_m < WIDE_M
+            else draw.uniform(5, 40)
         )
         turn = math.radians(turn_deg) * draw.choice((-1, 1))
         length_m = radius_m * abs(turn)
@@ -85,7 +89,10 @@ def thinned(points: list[Point], tolerance_m: float) -> list[Point]:
             key=lambda k, ends=(points[first], points[last]): off_m(points[k], *ends),
             default=None,
         )
-        if farthest is not None and off_m(points[farthest], points[first], points[last]) > tolerance_m:
+        if (
+            farthest is not None
+            and off_m(points[farthest], points[first], points[last]) > tolerance_m
+        ):
             keep.add(farthest)
             parts += [(first, farthest), (farthest, last)]
     return [points[k] for k in sorted(keep)]
@@ -103,7 +110,10 @@ def drive(
     """Consumption of a route, infinite where it is refused, and what was printed."""
     per_degree, latitude = 111_195.0, 48.0
     shrink = math.cos(math.radians(latitude))
-    rows = (f"{latitude + y / per_degree:.7f},{9 + x / per_degree / shrink:.7f},{limit}\n" for x, y in points)
+    rows = (
+        f"{latitude + y / per_degree:.7f},{9 + x / per_degree / shrink:.7f},{limit}\n"
+        for x, y in points
+    )
     path.write_text("lat,lon,speed_limit_kmh\n" + "".join(rows))
     words = [
         options.ocmc,
@@ -123,7 +133,9 @@ def of_road(options: argparse.Namespace, kind: str, number: int) -> list[tuple[s
     """By thinning: its name, the change in %, and the marks of its warnings."""
     points = road(random.Random(options.seed + number), kind)  # noqa: S311
     thinnings = [("5 m", points)]
-    thinnings += [(f"tolerance {tolerance} m", thinned(points, tolerance)) for tolerance in TOLERANCES_M]
+    thinnings += [
+        (f"tolerance {tolerance} m", thinned(points, tolerance)) for tolerance in TOLERANCES_M
+    ]
     thinnings += [(f"each {spacing} m", spaced(points, spacing)) for spacing in SPACINGS_M]
     found, whole = [], 0.0
     with tempfile.TemporaryDirectory() as folder:
@@ -131,7 +143,9 @@ def of_road(options: argparse.Namespace, kind: str, number: int) -> list[tuple[s
             litres, text = drive(options, pathlib.Path(folder) / "route.csv", some, KINDS[kind][3])
             whole = whole or litres
             marks = "".join(
-                mark for mark, check in (("!", "[sparse-points]"), ("B", "[beeline]")) if check in text
+                mark
+                for mark, check in (("!", "[sparse-points]"), ("B", "[beeline]"))
+                if check in text
             )
             found.append((name, 100 * (litres / whole - 1), marks))
     return found
@@ -149,15 +163,23 @@ def main() -> None:
     for kind in KINDS:
         with concurrent.futures.ThreadPoolExecutor() as pool:
             roads = list(
-                pool.map(lambda number, kind=kind: of_road(options, kind, number), range(options.roads))
+                pool.map(
+                    lambda number, kind=kind: of_road(options, kind, number), range(options.roads)
+                )
             )
         for same in zip(*roads, strict=True):
-            print(f"{kind:9}{same[0][0]:16}" + " ".join(f"{change:+.1f}{marks}" for _, change, marks in same))
+            print(
+                f"{kind:9}{same[0][0]:16}"
+                + " ".join(f"{change:+.1f}{marks}" for _, change, marks in same)
+            )
             everything += same
     off = [marks for _, change, marks in everything if abs(change) > WRONG_PERCENT]
     right = [marks for _, change, marks in everything if abs(change) < RIGHT_PERCENT]
     silent, wrong = sum(not marks for marks in off), sum(bool(marks) for marks in right)
-    print(f"{len(everything)} answers, {len(off)} more than 2 % off, {silent} of them without a warning;")
+    print(
+        f"{len(everything)} answers, {len(off)} more than 2 % off, {silent} of them without a "
+        "warning;"
+    )
     print(f"{len(right)} less than 0.5 % off, {wrong} of them with a warning")
 
 

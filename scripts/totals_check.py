@@ -1,10 +1,11 @@
 """How well `ocmc calibrate totals` does on invented fleets whose truth is known.
 
-Each fleet has the largest judged numbers of `field-truck` drawn with the ends of their ranges as one SD;
-a fifth of the fleets is drawn half as wide again, a fifth drives other mixes of roads. Its table has
-trips with noise of fuel and weight. The default study and the calibrated one then answer what the true
-one does: mean, P5 and P95 of the consumption, what less drag, less rolling resistance, a tonne more and
-a lower limiter change, and what an electric truck takes. Python's standard library is enough.
+Each fleet has the largest judged numbers of `field-truck` drawn with the ends of their ranges as
+one SD; a fifth of the fleets is drawn half as wide again, a fifth drives other mixes of roads. Its
+table has trips with noise of fuel and weight. The default study and the calibrated one then answer
+what the true one does: mean, P5 and P95 of the consumption, what less drag, less rolling
+resistance, a tonne more and a lower limiter change, and what an electric truck takes. Python's
+standard library is enough.
 
     python scripts/totals_check.py OCMC --fleets 100 --rows 10 60 1000 [--climb] [--truth 20000]
     python scripts/totals_check.py OCMC --fleets 10 --rows 60 --spoil payload
@@ -48,7 +49,9 @@ def between(low, judged, high, place, *, share=False):
             for key in judged
         }
     if isinstance(judged, list):
-        return [between(*three, place, share=share) for three in zip(low, judged, high, strict=True)]
+        return [
+            between(*three, place, share=share) for three in zip(low, judged, high, strict=True)
+        ]
     if isinstance(judged, str):
         return judged
     end, size = (low if place < 0 else high), abs(place)
@@ -148,12 +151,22 @@ def fleet(draw, kind, judged, path, length_km):
         for key, three in keys.items():
             share = any(word in key.split(".") for word in ("next", "share", "ground"))
             # shares end where they are used up
-            put(tree, key, between(*three, min(max(place, -1.5), 1.5) if share else place, share=share))
+            put(
+                tree,
+                key,
+                between(*three, min(max(place, -1.5), 1.5) if share else place, share=share),
+            )
     if kind == "mix":
         for road, mean in [("urban", 4e3), ("rural", 15e3), ("motorway", 40e3)]:
             put(tree, f"road.types.{road}.mean_length_m", mean * 3 ** draw.uniform(-1, 1))
     median = 1e3 * draw.uniform(0.6, 1.4) * length_km
-    law = {"distribution": "log_normal", "median": median, "log_sd": 0.4, "lower": 1e4, "upper": 3e5}
+    law = {
+        "distribution": "log_normal",
+        "median": median,
+        "log_sd": 0.4,
+        "lower": 1e4,
+        "upper": 3e5,
+    }
     put(tree, "mission.length_m", law)
     lines = [f"{key} = {toml(value)}" for key, value in tree.items()]
     path.write_text("\n".join(lines) + "\n")
@@ -172,7 +185,19 @@ def derived(base, path, *, electric):
 
 def records(program, study, rows, folder, seed):
     """Trips of a study, drawn with a seed of its own: fleets that share one share their luck."""
-    program("--study", study, "--cycles", rows, "--seed", seed, "--out", folder, "--format", "csv", "--quiet")
+    program(
+        "--study",
+        study,
+        "--cycles",
+        rows,
+        "--seed",
+        seed,
+        "--out",
+        folder,
+        "--format",
+        "csv",
+        "--quiet",
+    )
     with (folder / "records.csv").open() as file:
         return [row for row in csv.DictReader(file) if row["outcome"] == "completed"]
 
@@ -198,7 +223,9 @@ def write_table(trips, curb_kg, draw, path, climb, spoil):
             fuel *= 2
         row = [f"{distance:.2f}", f"{fuel:.2f}", f"{weight:.0f}", f"{hours:.4f}"]
         lines.append(row + ([f"{float(trip['climb_m']):.0f}"] if climb else []))
-    head = ["distance_km", "fuel_l", "gross_weight_kg", "driving_time_h"] + (["climb_m"] if climb else [])
+    head = ["distance_km", "fuel_l", "gross_weight_kg", "driving_time_h"] + (
+        ["climb_m"] if climb else []
+    )
     path.write_text("\n".join(",".join(row) for row in [head, *lines]) + "\n")
     each.sort()
     return {"mean": 100 * litres / km, "p5": quantile(each, 0.05), "p95": quantile(each, 0.95)}
@@ -251,7 +278,9 @@ def main():
             while not legal:
                 fleet(draw, kind, judged, study, options.length_km)
                 legal = program.is_legal(study)
-            true = truth.measures(study, derived(study, folder / f"fleet-{f}-e.toml", electric=True))
+            true = truth.measures(
+                study, derived(study, folder / f"fleet-{f}-e.toml", electric=True)
+            )
             trips = records(program, study, max(options.rows), folder / f"run-{f}", 1000 + f)
             resolved = tomllib.loads(program("study", "show", study, "--resolved").stdout)
             for rows in options.rows:
@@ -259,7 +288,9 @@ def main():
                 curb_kg = resolved["vehicle"]["curb_mass_kg"]
                 own = write_table(trips[:rows], curb_kg, draw, table, options.climb, options.spoil)
                 start = time.monotonic()
-                done = program("calibrate", "totals", table, "--study", "field-truck", "--out", out, "--json")
+                done = program(
+                    "calibrate", "totals", table, "--study", "field-truck", "--out", out, "--json"
+                )
                 seconds.append(time.monotonic() - start)
                 answer = json.loads(done.stdout)
                 named.append([x["check"] for x in answer["inputs"][0]["findings"]])
@@ -272,7 +303,9 @@ def main():
                     low, high = asked["ci90"]
                     where = "inside" if kind == "inside" else "outside"
                     covered[where].append((of, low <= true[of] <= high))
-                    errors.setdefault((rows, "asked", of), []).append(error(of, asked["change"], true[of]))
+                    errors.setdefault((rows, "asked", of), []).append(
+                        error(of, asked["change"], true[of])
+                    )
                 for measure in MEASURES:
                     for who, values in [("calibrated", found), ("default", default), ("rows", own)]:
                         if measure in values:
@@ -297,7 +330,10 @@ def write_each(path, errors):
 
 def report(fleets, sizes, errors, covered, named, seconds):
     """Print what was found so far."""
-    print(f"\n{fleets} fleets, calibration {sum(seconds) / len(seconds):.1f} s in the mean", flush=True)
+    print(
+        f"\n{fleets} fleets, calibration {sum(seconds) / len(seconds):.1f} s in the mean",
+        flush=True,
+    )
     for rows in sizes:
         print(f"RMS errors from {rows} rows: {'':14}" + "".join(f"{m:>9}" for m in MEASURES))
         for who in ("rows", "default", "calibrated", "asked"):
@@ -317,7 +353,11 @@ def report(fleets, sizes, errors, covered, named, seconds):
     for checks in named:
         for check in set(checks):
             counts[check] = counts.get(check, 0) + 1
-    print("named:", ", ".join(f"{check} {n}" for check, n in sorted(counts.items())) or "nothing", flush=True)
+    print(
+        "named:",
+        ", ".join(f"{check} {n}" for check, n in sorted(counts.items())) or "nothing",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":

@@ -3,11 +3,11 @@
     python3 scripts/tracks_check.py [OCMC [TRIPS [SEED]]]
 
 Trips of `field-truck` are driven (`ocmc trace`), laid on a plane by their yaw rate, and exported as
-a receiver would have them: a row each 1, 5 or 10 s, with errors of 3 m across and 4 m in height that
-fade over 30 s, and gaps of up to a minute. GPX, GeoJSON, KML, CSV with decimal commas, XLSX (where
-openpyxl is installed) and rFMS are read back by `ocmc fit operating-cycle` without `--map`. Compared
-are the number of trips, the length, and the SD of the slopes, which the fit has to have within 5 %,
-or within its own interval.
+a receiver would have them: a row each 1, 5 or 10 s, with errors of 3 m across and 4 m in height
+that fade over 30 s, and gaps of up to a minute. GPX, GeoJSON, KML, CSV with decimal commas, XLSX
+(where openpyxl is installed) and rFMS are read back by `ocmc fit operating-cycle` without `--map`.
+Compared are the number of trips, the length, and the SD of the slopes, which the fit has to have
+within 5 %, or within its own interval.
 """
 
 import csv
@@ -33,7 +33,10 @@ LENGTH, SLOPE, SPARSE_S = 0.005, 0.05, 10.0
 def rows_of(ocmc, cycle):
     """Give time, x, y, z in m, speed in m/s of a trip each 0.5 s or so."""
     out = subprocess.run(
-        [ocmc, "trace", *STUDY, "--cycle-id", str(cycle)], check=True, capture_output=True, text=True
+        [ocmc, "trace", *STUDY, "--cycle-id", str(cycle)],
+        check=True,
+        capture_output=True,
+        text=True,
     )
     rows, x, y, z, heading, before = [], 0.0, 0.0, 200.0, 0.3 * cycle, 0.0
     for row in csv.DictReader(io.StringIO(out.stdout)):
@@ -66,7 +69,9 @@ def sampled(rows, step_s, draw):
                         next_s,
                         50.0 + math.degrees((y + SCATTER_M * errors[0]) / EARTH_M),
                         9.0
-                        + math.degrees((x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(50.0))),
+                        + math.degrees(
+                            (x + SCATTER_M * errors[1]) / EARTH_M / math.cos(math.radians(50.0))
+                        ),
                         z + HEIGHT_M * errors[2],
                         at_m,
                     )
@@ -87,7 +92,8 @@ def gpx(trips):
     for k, rows in enumerate(trips):
         parts.append(f"<trk><name>trip {k}</name><trkseg>")
         parts += [
-            f'<trkpt lat="{la:.7f}" lon="{lo:.7f}"><ele>{z:.1f}</ele><time>{stamp(k, t)}</time></trkpt>'
+            f'<trkpt lat="{la:.7f}" '
+            f'lon="{lo:.7f}"><ele>{z:.1f}</ele><time>{stamp(k, t)}</time></trkpt>'
             for t, la, lo, z, _ in rows
         ]
         parts.append("</trkseg></trk>")
@@ -102,7 +108,9 @@ def geojson(trips):
             "properties": {"name": f"trip {k}", "coordTimes": [stamp(k, row[0]) for row in rows]},
             "geometry": {
                 "type": "LineString",
-                "coordinates": [[round(lo, 7), round(la, 7), round(z, 1)] for _, la, lo, z, _ in rows],
+                "coordinates": [
+                    [round(lo, 7), round(la, 7), round(z, 1)] for _, la, lo, z, _ in rows
+                ],
             },
         }
         for k, rows in enumerate(trips)
@@ -180,7 +188,9 @@ def rfms(trips):
                 }
             )
         way_m[truck] += rows[-1][4]
-    return json.dumps({"vehicleStatusResponse": {"vehicleStatuses": statuses}, "moreDataAvailable": False})
+    return json.dumps(
+        {"vehicleStatusResponse": {"vehicleStatuses": statuses}, "moreDataAvailable": False}
+    )
 
 
 def main():
@@ -255,7 +265,8 @@ def judged(step_s, ending, fit, notes, truth):
     covers = abs(sd - wanted_sd) <= 1.96 * error
     print(
         f"{step_s:4.0f} s {ending:8} trips {trips} of {count}, length {100 * off:+.2f} %, "
-        f"slope SD {sd:.5f} ± {1.96 * error:.5f} of {wanted_sd:.5f} ({100 * (sd / wanted_sd - 1):+.1f} %), "
+        f"slope SD {sd:.5f} ± {1.96 * error:.5f} of {wanted_sd:.5f} "
+        f"({100 * (sd / wanted_sd - 1):+.1f} %), "
         f"curves {'told' if known else 'not known'}"
     )
     slopes = close or (step_s >= SPARSE_S and covers)

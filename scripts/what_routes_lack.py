@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""What a route without altitudes, curves or stops is worth, on the roads of a study.
+"""Worth of a route without altitudes, curves or stops, on the roads of a study.
 
     scripts/what_routes_lack.py OCMC [--study field-truck] [--roads 200] [--cycles 20] [--seed 1]
 
-Each road of the study is written with `ocmc cycle` and driven by the same trucks: whole, and without the
-tracks of each set of parts. Prints, by set, the consumption over that of the whole road, less 1, in %: its
-mean and the 95th percentile of its magnitude. The rows are those of `WORTH_PERCENT` in
-crates/ocmc-io/src/intake/lacks.rs: bit 0 altitudes, bit 1 curves, bit 2 stops.
+Each road of the study is written with `ocmc cycle` and driven by the same trucks: whole, and
+without the tracks of each set of parts. Prints, by set, the consumption over that of the whole
+road, less 1, in %: its mean and the 95th percentile of its magnitude. The rows are those of
+`WORTH_PERCENT` in crates/ocmc-io/src/intake/lacks.rs: bit 0 altitudes, bit 1 curves, bit 2 stops.
 """
 
 import argparse
@@ -44,19 +44,32 @@ def call(*words: str) -> str:
 
 def litres(options: argparse.Namespace, path: pathlib.Path) -> float:
     """Mean litres per 100 km of a route."""
-    words = ["drive", str(path), "--study", options.study, "--cycles", str(options.cycles), "--threads", "1"]
+    words = [
+        "drive",
+        str(path),
+        "--study",
+        options.study,
+        "--cycles",
+        str(options.cycles),
+        "--threads",
+        "1",
+    ]
     return float(LITRES.search(call(options.ocmc, *words))[1])
 
 
 def changes(options: argparse.Namespace, number: int) -> list[float]:
     """Consumption without each set of parts over that with all, less 1, in %."""
     seed, number_text = str(options.seed), str(number)
-    text = call(options.ocmc, "cycle", "--study", options.study, "--seed", seed, "--cycle-id", number_text)
+    text = call(
+        options.ocmc, "cycle", "--study", options.study, "--seed", seed, "--cycle-id", number_text
+    )
     lines = text.splitlines(keepends=True)
     found = []
     with tempfile.TemporaryDirectory() as folder:
         for lacking in range(1 << len(PARTS)):
-            gone = {name for bit, part in enumerate(PARTS) if lacking >> bit & 1 for name in part[1]}
+            gone = {
+                name for bit, part in enumerate(PARTS) if lacking >> bit & 1 for name in part[1]
+            }
             path = pathlib.Path(folder) / f"{lacking}.csv"
             path.write_text("".join(line for line in lines if line.split(",", 1)[0] not in gone))
             found.append(litres(options, path))

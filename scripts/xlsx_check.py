@@ -5,9 +5,9 @@
 
 A run of several trucks and one on two routes are written with `--format xlsx` and once more as CSV.
 LibreOffice converts each sheet to CSV, and each cell of `Records` and `By truck` is compared with
-`records.csv` and `trucks.csv`: words letter by letter, numbers to the 15 digits that it shows. A study
-that is called like a formula has to stay a text. Says what it skips, and exits with 0, where there is no
-`soffice`; with 1 where a cell differs.
+`records.csv` and `trucks.csv`: words letter by letter, numbers to the 15 digits that it shows. A
+study that is called like a formula has to stay a text. Says what it skips, and exits with 0, where
+there is no `soffice`; with 1 where a cell differs.
 """
 
 import csv
@@ -56,7 +56,16 @@ def check(soffice, ocmc, folder, arguments):
         command = [ocmc, *arguments, "--quiet", "--out", out, "--format", form]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     home = f"-env:UserInstallation=file://{folder}/profile"
-    convert = [soffice, home, "--headless", "--convert-to", FILTER, "--outdir", folder, own / "run.xlsx"]
+    convert = [
+        soffice,
+        home,
+        "--headless",
+        "--convert-to",
+        FILTER,
+        "--outdir",
+        folder,
+        own / "run.xlsx",
+    ]
     subprocess.run(convert, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     faults = 0
     for sheet, table in (("Records", "records.csv"), ("By truck", "trucks.csv")):
@@ -88,9 +97,18 @@ def main():
         routes = []
         for route in ("=one.csv", "two.csv"):
             path = folder / route
-            path.write_text("position_m,speed_limit_kmh\n0,60\n2000,80\n4000,80\n", encoding="utf-8")
+            path.write_text(
+                "position_m,speed_limit_kmh\n0,60\n2000,80\n4000,80\n", encoding="utf-8"
+            )
             routes.append(path)
-        study = ["--set", f'study.name="{FORMULA}"', "--set", "mission.length_m=5000", "--cycles", cycles]
+        study = [
+            "--set",
+            f'study.name="{FORMULA}"',
+            "--set",
+            "mission.length_m=5000",
+            "--cycles",
+            cycles,
+        ]
         for k, arguments in enumerate(([*study, "--trips", "4"], ["drive", *routes, *study])):
             (folder / str(k)).mkdir()
             faults += check(soffice, ocmc, folder / str(k), arguments)

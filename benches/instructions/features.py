@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Count what each part of the model costs: `python3 benches/instructions/features.py`.
 
-Turns parts of the default study off, one by one, and counts the kernel's lane-steps and instructions (AVX2) for a simulated
-second. The step has no branch for a part: what a part costs is the steps that it cuts and the lane events that it causes.
+Turns parts of the default study off, one by one, and counts the kernel's lane-steps and
+instructions (AVX2) for a simulated second. The step has no branch for a part: what a part costs is
+the steps that it cuts and the lane events that it causes.
 """
 
 import json
@@ -37,7 +38,8 @@ def main() -> None:
         return
     output("cargo", "build", "--release", "--quiet", "--example", "peers")
     print(
-        "| turned off | lane-steps a simulated second | instructions a lane-step | instructions a simulated second |"
+        "| turned off | lane-steps a simulated second | instructions a lane-step | instructions a "
+        "simulated second |"
     )
     print("|---|---|---|---|")
     for name, sets in PARTS:
@@ -46,7 +48,8 @@ def main() -> None:
         steps = int(output(PEERS, "steps", CYCLES, *sets))
         count = instructions(2, "avx2", sets) - instructions(1, "avx2", sets)
         print(
-            f"| {name} | {steps / simulated_s:.2f} | {count / steps:.0f} | {count / simulated_s:.0f} |",
+            f"| {name} | {steps / simulated_s:.2f} | {count / steps:.0f} | "
+            f"{count / simulated_s:.0f} |",
             flush=True,
         )
 

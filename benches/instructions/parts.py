@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Count the instructions of a lane-step by the parts of the step: `python3 benches/instructions/parts.py [avx2|baseline]`.
+"""Count the instructions of a lane-step by the parts of the step.
 
-Builds the core with line tables, runs it under callgrind, and gives each instruction to the innermost function of the model that it was
-inlined from. Needs valgrind and addr2line.
+``python3 benches/instructions/parts.py [avx2|baseline]``
+
+Builds the core with line tables, runs it under callgrind, and gives each instruction to the
+innermost function of the model that it was inlined from. Needs valgrind and addr2line.
 """
 
 import collections
@@ -48,7 +50,9 @@ ALIASES = {
     **dict.fromkeys(
         ("row", "set_row", "shift", "stop", "dwell", "start", "check", "stop_row"), "handle_event"
     ),
-    **dict.fromkeys(("events", "is_captured", "leave_line", "wanted_gear", "set_gear"), "handle_event"),
+    **dict.fromkeys(
+        ("events", "is_captured", "leave_line", "wanted_gear", "set_gear"), "handle_event"
+    ),
     **dict.fromkeys(("clamp_integral", "control_at_start", "control_at_end"), "control"),
     "consume": "accumulate",
     "desired_at_end": "desired",
@@ -92,7 +96,13 @@ def counts(level: str, rounds: int) -> collections.Counter[str]:
     """Count by part."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "callgrind.out"
-        words = ("valgrind", "--tool=callgrind", "--dump-instr=yes", f"--callgrind-out-file={path}", PEERS)
+        words = (
+            "valgrind",
+            "--tool=callgrind",
+            "--dump-instr=yes",
+            f"--callgrind-out-file={path}",
+            PEERS,
+        )
         output(*words, "drive", CYCLES, rounds, level, *SETS)
         cost = costs(path)
     asked = "\n".join(hex(address) for address in cost)

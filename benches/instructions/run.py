@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Count the kernel's instructions for a lane-step, and compare with the counts stored beside this file.
+"""Count the kernel's instructions for a lane-step, and compare with the counts beside this file.
 
 ``python3 benches/instructions/run.py [--store]``
 
-The count does not depend on what else the machine does. It is the difference between driving planned cycles once more and
-not, so that neither start-up nor planning is in it. valgrind 3.19 knows no AVX-512; its callgrind counts the baseline and
-AVX2. NEON is counted by qemu-aarch64 with the plugin ``emulated.c``. A count belongs to one compiler: with another one it
-is shown, not judged. What is not installed is skipped with a message.
+The count does not depend on what else the machine does. It is the difference between driving
+planned cycles once more and not, so that neither start-up nor planning is in it. valgrind 3.19
+knows no AVX-512; its callgrind counts the baseline and AVX2. NEON is counted by qemu-aarch64 with
+the plugin ``emulated.c``. A count belongs to one compiler: with another one it is shown, not
+judged. What is not installed is skipped with a message.
 """
 
 import argparse
@@ -87,17 +88,23 @@ def on_aarch64(_: str) -> float:
     if not Path(output("rustc", "--print", "target-libdir", "--target", AARCH64).strip()).is_dir():
         raise SkippedError(f"rustup target add {AARCH64}")
     name = AARCH64.replace("-", "_")
-    linker = {f"CC_{name}": AARCH64_COMPILER, f"CARGO_TARGET_{name.upper()}_LINKER": AARCH64_COMPILER}
+    linker = {
+        f"CC_{name}": AARCH64_COMPILER,
+        f"CARGO_TARGET_{name.upper()}_LINKER": AARCH64_COMPILER,
+    }
     output(*BUILD, "--target", AARCH64, **linker)
     with tempfile.TemporaryDirectory() as folder:
         plugin = Path(folder) / "emulated.so"
-        output("cc", "-O2", "-shared", "-fPIC", "-o", plugin, Path(__file__).with_name("emulated.c"))
+        output(
+            "cc", "-O2", "-shared", "-fPIC", "-o", plugin, Path(__file__).with_name("emulated.c")
+        )
         emulator = ("qemu-aarch64", "-d", "plugin", "-plugin", plugin, "-L", AARCH64_LIBRARIES)
         program = TARGET / AARCH64 / "release/examples/peers"
 
         def count(rounds: int) -> int:
             return number(
-                output(*emulator, program, "drive", CYCLES, rounds, "baseline", *SETS), "instructions "
+                output(*emulator, program, "drive", CYCLES, rounds, "baseline", *SETS),
+                "instructions ",
             )
 
         return float(count(3) - count(1)) / 2
@@ -120,7 +127,9 @@ def main() -> None:
     output(*BUILD)
     compiler = output("rustc", "--version").strip()
     steps = int(output(PEERS, "steps", CYCLES, *SETS))
-    stored = json.loads(STORED.read_text()) if STORED.exists() else {"compiler": compiler, "counts": {}}
+    stored = (
+        json.loads(STORED.read_text()) if STORED.exists() else {"compiler": compiler, "counts": {}}
+    )
     counts, worse = {}, False
     for level, of in LEVELS.items():
         try:
@@ -138,13 +147,18 @@ def main() -> None:
         worse |= before is not None and abs(count / before - 1) > ALLOWED
     if store:
         kept = stored["counts"] if stored["compiler"] == compiler else {}
-        STORED.write_text(json.dumps({"compiler": compiler, "counts": kept | counts}, indent=2) + "\n")
+        STORED.write_text(
+            json.dumps({"compiler": compiler, "counts": kept | counts}, indent=2) + "\n"
+        )
     elif stored["compiler"] != compiler:
         print(
-            f"the stored counts are of {stored['compiler']}, these of {compiler}: not judged", file=sys.stderr
+            f"the stored counts are of {stored['compiler']}, these of {compiler}: not judged",
+            file=sys.stderr,
         )
     elif worse:
-        raise SystemExit(f"changed by more than {100 * ALLOWED:.0f} %: if that is meant, run with --store")
+        raise SystemExit(
+            f"changed by more than {100 * ALLOWED:.0f} %: if that is meant, run with --store"
+        )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""What is timed: each contender prepares itself for the scenarios and then drives them, once a round.
+"""Contenders that are timed: each prepares itself for the scenarios and drives them once a round.
 
-Run as a program it is one contender, `contenders.py FOLDER KIND`. It says when it is ready and what it is; then each line of
-its input, `{"step_s": ..., "cycles": ...}`, is a round, answered with the CPU time that it took and what it found.
+Run as a program it is one contender, `contenders.py FOLDER KIND`. It says when it is ready and what
+it is; then each line of its input, `{"step_s": ..., "cycles": ...}`, is a round, answered with the
+CPU time that it took and what it found.
 """
 
 import json
@@ -75,7 +76,10 @@ def main() -> None:
     else:
         one_round = numba_loop(scenarios, kind.removeprefix("numba-"))
         versions = ["numba"]
-    print(json.dumps({"versions": {name: version(name) for name in versions}, "checks": checks}), flush=True)
+    print(
+        json.dumps({"versions": {name: version(name) for name in versions}, "checks": checks}),
+        flush=True,
+    )
     for line in sys.stdin:
         print(json.dumps(one_round(**json.loads(line))), flush=True)
 

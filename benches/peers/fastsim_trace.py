@@ -1,6 +1,7 @@
 """FASTSim's class-8 truck over the speeds that ocmc's trucks drove, one second a step.
 
-FASTSim 3.1.0 takes the first slope of a cycle for all of it, so the road is flat here, for it and for what it is compared with.
+FASTSim 3.1.0 takes the first slope of a cycle for all of it, so the road is flat here, for it and
+for what it is compared with.
 """
 
 import resource
@@ -11,7 +12,8 @@ from typing import Any
 import numpy as np
 from scenarios import Array, Scenarios
 
-# what FASTSim takes, as in tests/it/prescribed.rs: gravity, and the density of air that its drag energies say
+# what FASTSim takes, as in tests/it/prescribed.rs: gravity, and the density of air that its drag
+# energies say
 FASTSIM_GRAVITY_MPS2 = 9.80
 FASTSIM_AIR_KGPM3 = 1.1729
 GRAVITY_MPS2 = 9.80665
@@ -49,7 +51,9 @@ class Follower:
             "grade": [0.0] * len(at),
         }
         self.vehicle.set_save_interval(save_interval)
-        return self.fastsim.SimDrive(self.vehicle, self.fastsim.Cycle.from_pydict(cycle), self.parameters)
+        return self.fastsim.SimDrive(
+            self.vehicle, self.fastsim.Cycle.from_pydict(cycle), self.parameters
+        )
 
     def one_round(self, step_s: float, cycles: int) -> dict[str, Any]:
         """Follow some cycles; only the walk is timed."""
@@ -67,7 +71,7 @@ class Follower:
         }
 
     def check(self, step_s: float, k: int) -> dict[str, Any]:
-        """Give the speeds that it reached, its positive wheel work, and the body that ocmc needs to say the same."""
+        """Give the speeds reached, the positive wheel work, and its body as ocmc needs it."""
         drive = self.drive(step_s, k, 1)
         drive.walk()
         table, whole = drive.to_dataframe(), drive.to_pydict()["veh"]

@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Time ocmc and its rivals on the same scenarios, on one core, in turns, and print the table of docs/src/peers.md.
+"""Time ocmc and its rivals on the same scenarios, and print the table of docs/src/peers.md.
 
-``python3 benches/peers/run.py [--rounds N] [--cycles N] [--only KIND ...] [--folder target/peers] [--no-build]``
+All drive on one core, in turns.
 
-Installs the rivals of requirements.txt into FOLDER/venv, builds ocmc, exports the scenarios with ocmc's answers, gives each
-rival the longest step at which it is as right as ocmc, and then runs rounds in which everybody drives once. Needs nothing but
-Python and a Rust toolchain; a rival that cannot be installed is skipped with a message.
+``python3 benches/peers/run.py [--rounds N] [--cycles N] [--only KIND ...] [--folder target/peers]
+[--no-build]``
+
+Installs the rivals of requirements.txt into FOLDER/venv, builds ocmc, exports the scenarios with
+ocmc's answers, gives each rival the longest step at which it is as right as ocmc, and then runs
+rounds in which everybody drives once. Needs nothing but Python and a Rust toolchain; a rival that
+cannot be installed is skipped with a message.
 """
 
 import argparse
@@ -25,7 +29,8 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-# mean absolute bias against 1 ms up to which energies are equally good, but for what ocmc itself has, rounded up to ROUNDING
+# mean absolute bias against 1 ms up to which energies are equally good, but for what ocmc itself
+# has, rounded up to ROUNDING
 EQUAL_ERROR, ROUNDING = 5e-4, 1e-4
 # differences up to which two answers are the same: in closed loop at one step, and on one trace
 SAME_CLOSED_LOOP = 5e-3
@@ -35,7 +40,8 @@ LEVELS = {"baseline": "SSE2 or NEON", "avx2": "AVX2", "avx512": "AVX-512"}
 TRUTH_S = 0.001
 # rounds of `peers drive` in one timing of the kernel alone
 KERNEL_ROUNDS = 8
-# half-width of the mean's 95 % interval that is asked for, and the trips from which the plain number is taken
+# half-width of the mean's 95 % interval that is asked for, and the trips from which the plain
+# number is taken
 PRECISION, PLAIN_TRIPS = 2e-3, 10_000
 
 # kind, what it is, customary steps, whether other steps are tried for 0.05 %, cycles of a round
@@ -107,7 +113,9 @@ def say(text: str) -> None:
 def timed(words: list[Any], given: str | None = None) -> tuple[float, str]:
     """Run a command; the user's CPU time and what it printed."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    done = subprocess.run([str(w) for w in words], input=given, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [str(w) for w in words], input=given, capture_output=True, text=True, check=False
+    )
     if done.returncode:
         raise RuntimeError(done.stderr.strip() or f"{words[0]} failed")
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, done.stdout
@@ -137,19 +145,30 @@ def environment(folder: Path) -> Path:
 
 
 def ocmc_round(entry: Entry, binary: Path, peers: Path) -> dict[str, Any]:
-    """Time ocmc itself: the whole command, or the kernel alone on planned cycles, at the level that its kind names."""
+    """Time ocmc itself, at the level that its kind names.
+
+    It is the whole command, or the kernel alone on planned cycles.
+    """
     if entry.kind == "ocmc":
         words = [binary, "--cycles", entry.cycles, "--seed", 1, "--threads", 1, "--quiet", "--json"]
         spent, text = timed([*words, "--set", f"simulation.step_s={entry.step_s}"])
         answer = json.loads(text)
-        return {"cpu_s": spent, "simulated_s": [answer["simulated_s"]], "distance_m": answer["distance_m"]}
+        return {
+            "cpu_s": spent,
+            "simulated_s": [answer["simulated_s"]],
+            "distance_m": answer["distance_m"],
+        }
     words = [peers, "drive", entry.cycles]
     last = [entry.kind, f"simulation.step_s={entry.step_s}"]
     once, _ = timed([*words, 1, *last])
     often, text = timed([*words, 1 + KERNEL_ROUNDS, *last])
     answer = json.loads(text)
     spent = (often - once) / KERNEL_ROUNDS
-    return {"cpu_s": spent, "simulated_s": [answer["simulated_s"]], "distance_m": answer["distance_m"]}
+    return {
+        "cpu_s": spent,
+        "simulated_s": [answer["simulated_s"]],
+        "distance_m": answer["distance_m"],
+    }
 
 
 def planning_s(peers: Path, cycles: int) -> float:
@@ -163,7 +182,9 @@ def trips_needed(binary: Path) -> tuple[float, float]:
     """Trips that the mean needs for its precision: adjusted, as ocmc runs them, and plain."""
     words = [binary, "--seed", 1, "--quiet", "--json"]
     adjusted = json.loads(timed([*words, "--precision", f"{100 * PRECISION:g}%"])[1])["cycles"]
-    plain = json.loads(timed([*words, "--cycles", PLAIN_TRIPS])[1])["statistics"]["consumption_l_per_100km"]
+    plain = json.loads(timed([*words, "--cycles", PLAIN_TRIPS])[1])["statistics"][
+        "consumption_l_per_100km"
+    ]
     low, high = plain["ci95"]
     return adjusted, PLAIN_TRIPS * (0.5 * (high - low) / plain["mean"] / PRECISION) ** 2
 
@@ -179,7 +200,9 @@ def cpu_flags() -> set[str]:
     """Read what the CPU has."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
-    return {flag for line in lines if line.startswith("flags") for flag in line.split(":")[1].split()}
+    return {
+        flag for line in lines if line.startswith("flags") for flag in line.split(":")[1].split()
+    }
 
 
 def cpu_name() -> str:
@@ -187,18 +210,21 @@ def cpu_name() -> str:
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
     return next(
-        (line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine()
+        (line.split(":")[1].strip() for line in lines if line.startswith("model name")),
+        platform.machine(),
     )
 
 
 def mean_difference(found: list[float], right: list[float]) -> float:
-    """Mean absolute relative difference by cycle; a cycle that was not finished makes it infinite."""
+    """Mean absolute relative difference by cycle, infinite where a cycle was not finished."""
     cycles = len(right)
     total = sum(abs(value / right[k % cycles] - 1.0) for k, value in enumerate(found)) / len(found)
     return total if total == total else float("inf")  # noqa: PLR0124 - not a number
 
 
-def judge(entry: Entry, answer: dict[str, Any], answers: dict[float, dict[str, list[float]]]) -> None:
+def judge(
+    entry: Entry, answer: dict[str, Any], answers: dict[float, dict[str, list[float]]]
+) -> None:
     """Compare a closed loop with ocmc at the same step and with ocmc at 1 ms."""
 
     def against(step_s: float) -> tuple[float, float]:
@@ -210,7 +236,9 @@ def judge(entry: Entry, answer: dict[str, Any], answers: dict[float, dict[str, l
     entry.bias = against(TRUTH_S)
 
 
-def same_rules(worker: Worker, name: str, cycles: int, answers: dict[float, dict[str, list[float]]]) -> None:
+def same_rules(
+    worker: Worker, name: str, cycles: int, answers: dict[float, dict[str, list[float]]]
+) -> None:
     """Say how far the cycles are from ocmc's with steps so short that only the rules count."""
     step_s = min(step_s for step_s in answers if step_s > TRUTH_S)
     answer = worker.round(step_s, cycles)
@@ -219,7 +247,8 @@ def same_rules(worker: Worker, name: str, cycles: int, answers: dict[float, dict
         apart = [abs(found / right - 1.0) for found, right in pairs]
         mean, most = 100 * sum(apart) / len(apart), 100 * max(apart)
         say(
-            f"{name}, steps of {step_s:g} s: {column} of a cycle differs by {mean:.4f} %, at most {most:.4f} %"
+            f"{name}, steps of {step_s:g} s: {column} of a cycle differs by {mean:.4f} %, at most "
+            f"{most:.4f} %"
         )
 
 
@@ -249,7 +278,7 @@ def spread(values: list[float]) -> str:
 
 @dataclass
 class Table:
-    """What the lines have in common."""
+    """Common parts of the lines."""
 
     whole: Entry
     kernels: list[Entry]
@@ -280,7 +309,9 @@ class Table:
 
     def row(self, entry: Entry) -> str:
         """Write a line; no ratio where the energies differ."""
-        percent = "" if entry.bias is None else " / ".join(f"{100 * bias:.3f}" for bias in entry.bias)
+        percent = (
+            "" if entry.bias is None else " / ".join(f"{100 * bias:.3f}" for bias in entry.bias)
+        )
         same = "" if entry.difference is None else f"{100 * entry.difference:.4f}"
         best, road = self.kernels[-1].ns_per_s, self.planning_ns
         own = entry is self.whole or entry in self.kernels
@@ -296,12 +327,18 @@ class Table:
         else:
             pairs = [zip(entry.ns_per_s, base.ns_per_s, strict=False) for base in self.kernels]
             pairs.append(
-                zip(with_road, [here + way for here, way in zip(best, road, strict=False)], strict=False)
+                zip(
+                    with_road,
+                    [here + way for here, way in zip(best, road, strict=False)],
+                    strict=False,
+                )
             )
             ratios = [spread([there / here for there, here in pair]) for pair in pairs]
         step = f"{entry.step_s:g}" + (" (needed)" if entry.needed else "")
         return (
-            "| " + " | ".join([entry.name, step, percent, same, spread(entry.ns_per_s), *ratios, cpu]) + " |"
+            "| "
+            + " | ".join([entry.name, step, percent, same, spread(entry.ns_per_s), *ratios, cpu])
+            + " |"
         )
 
 
@@ -330,10 +367,11 @@ def prepare(options: argparse.Namespace, peers: Path) -> dict[str, Any]:
 
 
 def checked_on_trace(worker: Worker, entry: Entry, peers: Path) -> None:
-    """Let ocmc follow the rival's own speeds with the rival's body, and compare the work at the wheels."""
+    """Let ocmc follow the rival's speeds with the rival's body, and compare the wheel work."""
     checks = worker.about["checks"][str(entry.step_s)]
     found = [
-        json.loads(timed([peers, "follow"], json.dumps(check["follow"]))[1])["wheel_j"] for check in checks
+        json.loads(timed([peers, "follow"], json.dumps(check["follow"]))[1])["wheel_j"]
+        for check in checks
     ]
     entry.difference = max(
         abs(check["wheel_j"] / wheel_j - 1.0) for check, wheel_j in zip(checks, found, strict=True)
@@ -347,7 +385,10 @@ def enter(
     allowed: tuple[float, float],
     peers: Path,
 ) -> list[Entry]:
-    """Try a rival's steps: the customary ones, and the longest one whose bias of wheel energy and fuel is allowed."""
+    """Try a rival's steps: the customary ones, and the longest one with an allowed bias.
+
+    It is the bias of wheel energy and fuel.
+    """
     kind, name, customary, tries, cycles = rival
     entries = [Entry(kind, name, step_s, cycles) for step_s in customary]
     if worker.about["checks"]:
@@ -444,11 +485,15 @@ def main() -> None:
     said = ", ".join(f"{name} {number}" for name, number in versions.items())
     python_version = timed([python, "--version"])[1].strip()
     print(
-        f"{datetime.now(UTC):%Y-%m-%d}, {cpu_name()}, one core, user CPU time, median (lowest to highest) of {options.rounds} rounds in turns. "
+        f"{datetime.now(UTC):%Y-%m-%d}, {cpu_name()}, one core, user CPU time, median (lowest to "
+        f"highest) of {options.rounds} rounds in turns. "
     )
     print(f"ocmc {timed([binary, '--version'])[1].split()[1]}, {python_version}, {said}.\n")
     print(f"Sampling and planning: {spread(table.planning_ns)} ns per simulated second. ")
-    print(f"Trips to ± {100 * PRECISION:g} %: {adjusted:.0f} with adjusted means, {plain:.0f} without.\n")
+    print(
+        f"Trips to ± {100 * PRECISION:g} %: {adjusted:.0f} with adjusted means, {plain:.0f} "
+        "without.\n"
+    )
     print(table.head)
     for entry in entries:
         print(table.row(entry))

@@ -1,8 +1,9 @@
-"""The closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and a better one.
+"""Closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and better.
 
-Three integrators over the same rules (truck_rules.py): `heun`, Heun's method with cut steps; `growing`, the same with ocmc's own
-steps, which grow where the acceleration is steady, and lags that are stable with them; and `euler`, semi-implicit steps of fixed
-length. All book less than ocmc does: time, distance, wheel energy and fuel, no balance and no look at the progress.
+Three integrators over the same rules (truck_rules.py): `heun`, Heun's method with cut steps;
+`growing`, the same with ocmc's own steps, which grow where the acceleration is steady, and lags
+that are stable with them; and `euler`, semi-implicit steps of fixed length. All book less than ocmc
+does: time, distance, wheel energy and fuel, no balance and no look at the progress.
 """
 
 from collections.abc import Callable
@@ -44,7 +45,8 @@ from scenarios import (
 
 PASSING = 2e-3
 MOST_STEPS = 20_000_000
-# ocmc's rule for the length of steps (kernel/step/step_length.rs): shares of the longest one, changes of acceleration in m/s²
+# ocmc's rule for the length of steps (kernel/step/step_length.rs): shares of the longest one,
+# changes of acceleration in m/s²
 SHORT_SHARE, AFTER_JUMP = 0.25, 0.07
 AIM_MPS2, TOO_MUCH_MPS2, SMALLEST_MPS2 = 0.03, 0.05, 1e-9
 
@@ -69,11 +71,20 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
         rules.ceiling_after,
         rules.coasting_function,
     )
-    couple, forces, fuel_rate, idle_rate = rules.couple, rules.forces, rules.fuel_rate, rules.idle_rate
+    couple, forces, fuel_rate, idle_rate = (
+        rules.couple,
+        rules.forces,
+        rules.fuel_rate,
+        rules.idle_rate,
+    )
     start_gear, wanted_gear = rules.start_gear, rules.wanted_gear
 
     study = model["study"]
-    vehicle, simulation, pid = study["vehicle"], study["simulation"], study["driver"]["pedals"]["pid"]
+    vehicle, simulation, pid = (
+        study["vehicle"],
+        study["simulation"],
+        study["driver"]["pedals"]["pid"],
+    )
     shift = vehicle["powertrain"]["combustion"]["gearbox"]["shift"]
     inertia, wheel_mass, idle_w, open_w = (
         vehicle["powertrain"]["combustion"]["engine"]["inertia_kgm2"],
@@ -106,7 +117,11 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
 
     @jit
     def truck_of(p: Array) -> tuple:
-        """Mass, moving mass without engine, driven mass, drag area, auxiliaries, deceleration, and those of the rise."""
+        """Masses, drag area, auxiliaries and decelerations.
+
+        In this order: mass, moving mass without engine, driven mass, drag area, auxiliaries,
+        deceleration, and those of the rise.
+        """
         return (
             p[MASS],
             p[MASS] + wheel_mass,
@@ -121,7 +136,10 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
 
     @jit
     def lag(dt: float, time_constant_s: float) -> tuple:
-        """Shares of a first-order lag over a step, by a fraction for exp(-x): x and the half of it, and their divisor's inverse."""
+        """Shares of a first-order lag over a step, by a fraction for exp(-x).
+
+        They are x and the half of it, and their divisor's inverse.
+        """
         x = dt / time_constant_s
         over = (x * (1.0 / 12.0) + 0.5) * x
         return x, over, 1.0 / (1.0 + over)
@@ -132,14 +150,16 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
 
     @jit
     def rise_cut(before: float, after: float, part: float) -> float:
-        """Share of a step up to a little beyond where a function rises through zero, if that is earlier."""
+        """Share of a step up to a little beyond a function's rise through zero, if earlier."""
         if before < 0.0 < after:
             return min(part, (after * PASSING - before) / (after - before))
         return part
 
     @jit
-    def pedal_function(output: float, demand: float, first_output: float, first_demand: float) -> float:
-        """Rise through zero where the driver leaves the pedal that was pressed at first, or presses one."""
+    def pedal_function(
+        output: float, demand: float, first_output: float, first_demand: float
+    ) -> float:
+        """Rise through zero where the driver leaves the pedal pressed at first, or presses one."""
         if first_output > 0.0:
             return -output
         return demand if first_demand < 0.0 else max(output, -demand)
@@ -157,9 +177,18 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
 
     @jit
     def gear_function(
-        v: float, accelerator: float, closed: bool, free_w: float, low: bool, gathers: bool, gear: int
+        v: float,
+        accelerator: float,
+        closed: bool,
+        free_w: float,
+        low: bool,
+        gathers: bool,
+        gear: int,
     ) -> float:
-        """Rise through zero where the engine comes to a shifting line, to where the clutch opens, or to a slipping gear."""
+        """Rise through zero where the engine's speed changes the state of gear or clutch.
+
+        It comes to a shifting line, to where the clutch opens, or to a slipping gear.
+        """
         turns = v * per_m_of[gear]
         if not closed:
             return turns - free_w
@@ -215,7 +244,13 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
                 left, limit, static, grade = r[LENGTH], r[LIMIT], r[STATIC], r[GRADE]
                 target = coasting_target(r[DWELL], served)
                 backward, to_stop = (FAR, FAR) if served else (r[BACKWARD], r[TO_STOP])
-                here = (mass * (r[ROLLING] + grade), r[HALF_DENSITY], r[HEAD_WIND], r[CROSS_WIND], r[GRIP])
+                here = (
+                    mass * (r[ROLLING] + grade),
+                    r[HALF_DENSITY],
+                    r[HEAD_WIND],
+                    r[CROSS_WIND],
+                    r[GRIP],
+                )
             steps += 1
             per_m, loss, launches = per_m_of[gear], loss_of[gear], launches_of[gear]
             wish = desired_speed(left, limit, backward, ceiling, deceleration)
@@ -227,7 +262,9 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
             output, demand, accelerator, braking, j_rate, f_rate = control(
                 v, desired, static, integral, filtered, known[7], stands, known, d
             )
-            coupling = couple(v, per_m, launches, accelerator > slips_from, shift_left > 0.0, rolling)
+            coupling = couple(
+                v, per_m, launches, accelerator > slips_from, shift_left > 0.0, rolling
+            )
             closed, engaged, free_w = coupling
             w = v * per_m if closed else free_w
             turning = inertia * per_m * per_m if closed else 0.0
@@ -309,7 +346,12 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
                     error, pedal_function(output, demand, output, demand), hold, releases, ramps, d
                 ),
                 driver_function(
-                    error_2, pedal_function(output_2, demand_2, output, demand), hold, releases, ramps, d
+                    error_2,
+                    pedal_function(output_2, demand_2, output, demand),
+                    hold,
+                    releases,
+                    ramps,
+                    d,
                 ),
                 1.0,
             )
@@ -320,7 +362,9 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
                 part,
             )
             ahead, ahead_2 = (
-                (max(to_lead, to_plan), max(to_lead_2, to_plan_2)) if rises else (to_lead, to_lead_2)
+                (max(to_lead, to_plan), max(to_lead_2, to_plan_2))
+                if rises
+                else (to_lead, to_lead_2)
             )
             crest_2 = coasting_function(v_2, braking_way, target, known[5], deceleration)
             part = rise_cut(max(ahead, crest), max(ahead_2, crest_2), part)
@@ -373,7 +417,9 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
             if has_integral:
                 # behind a ramp it begins with the pedal that keeps the speed
                 after = (
-                    known[0] if ramps or coasts else integral + dt * (j_rate + second * (j_rate_2 - j_rate))
+                    known[0]
+                    if ramps or coasts
+                    else integral + dt * (j_rate + second * (j_rate_2 - j_rate))
                 )
                 integral = clamped(after)
             holding = hold
@@ -405,10 +451,22 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
                 if grows:
                     longest = short_s
             elif shift_left <= 0.0 and (up_left <= 0.0 or down_left <= 0.0):
-                may_up = up_left <= 0.0 and braking_2 <= 0.0 and not near_ramp(to_ramp, v, deceleration)
+                may_up = (
+                    up_left <= 0.0 and braking_2 <= 0.0 and not near_ramp(to_ramp, v, deceleration)
+                )
                 kick, may_down, asked = kick_left <= 0.0, down_left <= 0.0, mean_drag + here[0]
                 wanted = wanted_gear(
-                    gear, v, accelerator_2, a < 0.0, gathers, kick, closed, may_up, may_down, asked, open_mass
+                    gear,
+                    v,
+                    accelerator_2,
+                    a < 0.0,
+                    gathers,
+                    kick,
+                    closed,
+                    may_up,
+                    may_down,
+                    asked,
+                    open_mass,
                 )
                 if wanted != gear:
                     up_left, down_left = (
@@ -456,7 +514,13 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
                 limit, static, grade = r[LIMIT], r[STATIC], r[GRADE]
                 target = coasting_target(r[DWELL], served)
                 backward, to_stop = (FAR, FAR) if served else (r[BACKWARD], r[TO_STOP])
-                here = (mass * (r[ROLLING] + grade), r[HALF_DENSITY], r[HEAD_WIND], r[CROSS_WIND], r[GRIP])
+                here = (
+                    mass * (r[ROLLING] + grade),
+                    r[HALF_DENSITY],
+                    r[HEAD_WIND],
+                    r[CROSS_WIND],
+                    r[GRIP],
+                )
             steps += 1
             per_m, loss, launches = per_m_of[gear], loss_of[gear], launches_of[gear]
             wish = desired_speed(left, limit, backward, ceiling, deceleration)
@@ -495,7 +559,9 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
             )
             kick_left = max(kick_left - 1, 0) if accelerator > kick_pedal else kick_n
             risen = ceiling_after(desired, step_s, truck)
-            desired, _, to_ramp, _, _ = desired_speed(max(left, 0.0), limit, backward, risen, deceleration)
+            desired, _, to_ramp, _, _ = desired_speed(
+                max(left, 0.0), limit, backward, risen, deceleration
+            )
             ceiling = desired * desired
 
             if left + to_stop <= (creep_m if v < creep_v else capture_m):
@@ -515,7 +581,17 @@ def build(model: dict[str, Any], method: str, *, fastmath: bool) -> Drive:
                 may_up = up_left <= 0 and braking <= 0.0 and not near_ramp(to_ramp, v, deceleration)
                 kick, may_down, asked = kick_left <= 0, down_left <= 0, drag + here[0]
                 wanted = wanted_gear(
-                    gear, v, accelerator, slowing, gathers, kick, closed, may_up, may_down, asked, open_mass
+                    gear,
+                    v,
+                    accelerator,
+                    slowing,
+                    gathers,
+                    kick,
+                    closed,
+                    may_up,
+                    may_down,
+                    asked,
+                    open_mass,
                 )
                 if wanted != gear:
                     up_left, down_left = (

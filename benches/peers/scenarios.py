@@ -45,7 +45,7 @@ LEAST_DRAG_NM = 0.1
 
 @dataclass
 class Scenarios:
-    """What was exported."""
+    """Scenarios that were exported."""
 
     model: dict[str, Any]
     """The study, and what ocmc has derived from it."""
@@ -57,7 +57,7 @@ class Scenarios:
     answers: dict[float, dict[str, Array]]
     """By the step."""
     traces: list[Array]
-    """Of some cycles: time without standstill, position, speed, slope."""
+    """Traces of some cycles: time without standstill, position, speed, slope."""
 
     def __len__(self) -> int:
         """Count the cycles."""
@@ -80,14 +80,16 @@ def load(folder: Path) -> Scenarios:
         first_row=np.array([cycle["first_row"] for cycle in cycles]),
         n_rows=np.array([cycle["rows"] for cycle in cycles]),
         # a PID driver has no threshold: below zero nothing is held
-        trucks=np.array([[-1.0 if c[name] is None else float(c[name]) for name in TRUCK] for c in cycles]),
+        trucks=np.array(
+            [[-1.0 if c[name] is None else float(c[name]) for name in TRUCK] for c in cycles]
+        ),
         answers=answers,
         traces=np.split(traces, ends[:-1]),
     )
 
 
 def curve_cells(engine: dict[str, Any]) -> Array:
-    """Full load at zero speed and its slope, drag at zero speed and its slope, for each cell of engine speed."""
+    """Full load and drag at zero speed and their slopes, for each cell of engine speed."""
     middle = (np.arange(CELLS) + 0.5) / CELLS_PER_RADPS
 
     def lines(x: list[float], y: list[float]) -> Array:
@@ -105,7 +107,9 @@ def curve_cells(engine: dict[str, Any]) -> Array:
     return np.hstack([full, drag])
 
 
-def fuel_cells(engine: dict[str, Any]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array]:
+def fuel_cells(
+    engine: dict[str, Any],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array]:
     """Pieces of speed and of torque for each cell, and the bilinear map: a + b w + T (c + d w)."""
     speed, torque = np.array(engine["map_speed_radps"]), np.array(engine["map_torque_nm"])
     fuel = np.zeros((len(speed), len(torque)))

@@ -1,7 +1,10 @@
-"""SUMO on the exported roads: one truck on each, EIDM as its driver, the energy model of battery-electric vehicles.
+"""SUMO on the exported roads: one truck on each, EIDM as its driver.
 
-The limits are the planned static speeds, signs, curves and traffic together; the slope is the exported one; stops last a second.
-Efficiencies of one, no recuperation and no auxiliaries make its energy the positive work at the wheels.
+The energy model is that of battery-electric vehicles.
+
+The limits are the planned static speeds, signs, curves and traffic together; the slope is the
+exported one; stops last a second. Efficiencies of one, no recuperation and no auxiliaries make its
+energy the positive work at the wheels.
 """
 
 import math
@@ -54,7 +57,14 @@ class Roads:
                     "-o",
                     folder / "roads.net.xml",
                 ),
-                *("--no-internal-links", "true", "--no-turnarounds", "true", "--geometry.max-grade", "30"),
+                *(
+                    "--no-internal-links",
+                    "true",
+                    "--no-turnarounds",
+                    "true",
+                    "--geometry.max-grade",
+                    "30",
+                ),
                 *("--offset.disable-normalization", "true", "--no-warnings", "true"),
             ]
         )
@@ -91,7 +101,12 @@ class Roads:
                 continue
             names.append(f"e{k}_{len(names)}")
             there = node()
-            attributes = {"from": here, "to": there, "numLanes": "1", "speed": f"{math.sqrt(limit):.4f}"}
+            attributes = {
+                "from": here,
+                "to": there,
+                "numLanes": "1",
+                "speed": f"{math.sqrt(limit):.4f}",
+            }
             ET.SubElement(edges, "edge", {"id": names[-1], "shape": " ".join(shape)} | attributes)
             if row[DWELL] >= 0.0 and not is_last:
                 stops.append(names[-1])
@@ -129,17 +144,29 @@ class Roads:
         for key, value in energy.items():
             ET.SubElement(kind, "param", key=key, value=f"{value:.6f}")
         vehicle = ET.SubElement(
-            routes, "vehicle", id=f"v{k}", type=f"t{k}", depart="0", departPos="base", departSpeed="0"
+            routes,
+            "vehicle",
+            id=f"v{k}",
+            type=f"t{k}",
+            depart="0",
+            departPos="base",
+            departSpeed="0",
         )
         ET.SubElement(vehicle, "route", edges=" ".join(names))
         for name in stops:
-            ET.SubElement(vehicle, "stop", lane=f"{name}_0", endPos="-0.1", duration="1", friendlyPos="true")
+            ET.SubElement(
+                vehicle, "stop", lane=f"{name}_0", endPos="-0.1", duration="1", friendlyPos="true"
+            )
         return body
 
     def _call(self, words: list[Any]) -> float:
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         done = subprocess.run(
-            [str(word) for word in words], env=self.environment, capture_output=True, text=True, check=False
+            [str(word) for word in words],
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         if done.returncode:
             raise RuntimeError(done.stderr[-2000:])

@@ -1,9 +1,10 @@
 """The rules of ocmc's driver and truck for one truck, in numba: what a step of any integrator asks.
 
-They are those that `field-truck` has turned on, as docs/src/theory/closed-loop-rules.md and the theory pages say them: the
-forecast of a driver who knows his truck, feed-forward on braking ramps and on rises, an acceleration that falls with speed, the
-held pedal in balance, the gearbox that looks ahead and skips gears, rolling with an open clutch, crests passed slowly, grip by
-the driven axle. Nothing is here for what that study has turned off.
+They are those that `field-truck` has turned on, as docs/src/theory/closed-loop-rules.md and the
+theory pages say them: the forecast of a driver who knows his truck, feed-forward on braking ramps
+and on rises, an acceleration that falls with speed, the held pedal in balance, the gearbox that
+looks ahead and skips gears, rolling with an open clutch, crests passed slowly, grip by the driven
+axle. Nothing is here for what that study has turned off.
 """
 
 from collections.abc import Callable
@@ -55,7 +56,10 @@ def refuse_others(driver: dict[str, Any]) -> None:
 
 
 def upshift_ratios(per_m: Array, shift: dict[str, Any]) -> tuple[Array, Array]:
-    """Engine speed for each m/s in the gear that an upshift waits for, in any case and of a truck that gathers speed."""
+    """Engine speed for each m/s in the gear that an upshift waits for.
+
+    It waits in any case, or where a truck gathers speed.
+    """
     up = np.append(per_m[1:], 0.0)
     skips = up.copy()
     if shift["most_steps"] > 1:
@@ -67,7 +71,8 @@ def upshift_ratios(per_m: Array, shift: dict[str, Any]) -> tuple[Array, Array]:
 def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     """Compile the rules of a study; its numbers become constants of the machine code.
 
-    `inlined` compiles into the caller what the compiler would call: pedals, forces and gears, a sixth of the time.
+    `inlined` compiles into the caller what the compiler would call: pedals, forces and gears, a
+    sixth of the time.
     """
     study = model["study"]
     vehicle, driver_model = study["vehicle"], study["driver"]
@@ -193,8 +198,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         )
 
     @jit
-    def pedal_forces(v: float, k: int, per_m: float, loss: float, launches: bool, truck: tuple) -> tuple:
-        """Give forces without a pedal, of a released accelerator, pedal for each N more, and the moving mass.
+    def pedal_forces(
+        v: float, k: int, per_m: float, loss: float, launches: bool, truck: tuple
+    ) -> tuple:
+        """Give forces without and with a released accelerator, pedal for each N more, moving mass.
 
         `k`: cell of the engine's speed at the step's start.
         """
@@ -212,13 +219,23 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
 
     @jit
     def forecast(
-        v: float, k: int, per_m: float, loss: float, launches: bool, drag: float, road: float, truck: tuple
+        v: float,
+        k: int,
+        per_m: float,
+        loss: float,
+        launches: bool,
+        drag: float,
+        road: float,
+        truck: tuple,
     ) -> tuple:
-        """Give what the driver knows by feel; `k`: cell of the engine's speed in the last step, `drag`: of the air then.
+        """Give what the driver knows by feel.
 
-        It is outputs that keep the speed, follow a braking ramp, and give his peak acceleration; the push at which he lifts his
-        foot; the output that holds back a truck which a descent pushes harder; decelerations of coasting in gear and with an
-        open clutch; and the output that gives his acceleration.
+        `k`: cell of the engine's speed in the last step, `drag`: of the air then.
+
+        It is outputs that keep the speed, follow a braking ramp, and give his peak acceleration;
+        the push at which he lifts his foot; the output that holds back a truck which a descent
+        pushes harder; decelerations of coasting in gear and with an open clutch; and the output
+        that gives his acceleration.
         """
         mass, open_mass, _, _, _, deceleration, from_rest, per_mps, peak_ratio = truck
         coasting, released, per_force, moving = pedal_forces(v, k, per_m, loss, launches, truck)
@@ -228,8 +245,16 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         rise = moving / (from_rest + per_mps * v)
         wanted = rise * peak_ratio
         most = steady + LIFTS_AT * wanted
-        holding = (steady - released) * per_force if steady > coasting else (steady - coasting) * per_brake
-        ramp = (slower - released) * per_force if slower > coasting else (slower - coasting) * per_brake
+        holding = (
+            (steady - released) * per_force
+            if steady > coasting
+            else (steady - coasting) * per_brake
+        )
+        ramp = (
+            (slower - released) * per_force
+            if slower > coasting
+            else (slower - coasting) * per_brake
+        )
         holding_back = (most - coasting) * per_brake if most < coasting else FAR
         return (
             holding,
@@ -244,7 +269,14 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
 
     @jit
     def rising_pedal(
-        v: float, k: int, per_m: float, loss: float, launches: bool, drag: float, road: float, truck: tuple
+        v: float,
+        k: int,
+        per_m: float,
+        loss: float,
+        launches: bool,
+        drag: float,
+        road: float,
+        truck: tuple,
     ) -> float:
         """Accelerator that gives the driver's acceleration at the end of a step."""
         _, _, _, _, _, _, from_rest, per_mps, _ = truck
@@ -265,8 +297,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     ) -> tuple:
         """Desired speed, three functions of it, and its square on a braking ramp.
 
-        The functions rise through zero where the driver leaves the accelerator before a braking ramp, where he shifts up no more
-        before one (but for the truck's own speed), and where the rise with his acceleration has come to the plan.
+        The functions rise through zero where the driver leaves the accelerator before a braking
+        ramp, where he shifts up no more before one (but for the truck's own speed), and where the
+        rise with his acceleration has come to the plan.
         """
         braking = backward + 2.0 * deceleration * left
         level = min(limit, ceiling)
@@ -284,7 +317,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     def coasting_function(
         v: float, braking: float, target: float, coasting: float, deceleration: float
     ) -> float:
-        """Rise through zero where a truck begins to coast before a crest; `target`: square of the speed to which it may."""
+        """Rise through zero where a truck begins to coast before a crest.
+
+        `target`: square of the speed to which it may.
+        """
         too_fast = v * v - target
         if v <= slowest_v or too_fast <= 0.0:
             return -1.0
@@ -315,8 +351,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     ) -> tuple:
         """Decide for a step what the driver does.
 
-        It is whether a ramp is there, the speed rises, a pedal is held, and which; whether the driver follows a rise, the truck
-        coasts, and rolls with an open clutch; and the function that tells of coasting before a crest.
+        It is whether a ramp is there, the speed rises, a pedal is held, and which; whether the
+        driver follows a rise, the truck coasts, and rolls with an open clutch; and the function
+        that tells of coasting before a crest.
         """
         _, _, _, _, _, _, _, threshold, entry, _, _ = d
         desired, to_lead, _, to_plan, braking = wish
@@ -352,8 +389,23 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         known: tuple,
         d: tuple,
     ) -> tuple:
-        """Both pedals: output of the controller, what the brakes see of it, accelerator, braking, and two rates."""
-        kp, ki, kd_per_s, tracking, ramp_gain, band_output, tolerance_output, _, _, dead_zone, balances = d
+        """Both pedals, and the output of the controller with the brakes' part of it.
+
+        In this order: output, what the brakes see of it, accelerator, braking, and two rates.
+        """
+        (
+            kp,
+            ki,
+            kd_per_s,
+            tracking,
+            ramp_gain,
+            band_output,
+            tolerance_output,
+            _,
+            _,
+            dead_zone,
+            balances,
+        ) = d
         ramps, rises, hold, held, gathers, coasts, _, _ = stands
         holding, ramp, peak, _, holding_back, _, _, _ = known
         error, lag = desired - v, v - filtered
@@ -370,7 +422,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
             output = min(output, 0.0)
         accelerator = clip(min(output, (limiter_end - v) * per_limiter, peak), 0.0, 1.0)
         if ramps:  # a small one is coasted
-            demand = max(output, output + ramp_gain * max(desired - braked_share * abs(static), 0.0))
+            demand = max(
+                output, output + ramp_gain * max(desired - braked_share * abs(static), 0.0)
+            )
         elif v > band_from and static > 0.0:
             demand = max(output, kp * error + band_output)
         else:
@@ -385,8 +439,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         return output, demand, accelerator, braking, integral_rate, lag * per_filter
 
     @jit
-    def couple(v: float, per_m: float, launches: bool, drives: bool, shifts: bool, rolls: bool) -> tuple:
-        """Say whether the clutch is closed, whether torque passes, and how fast a free engine turns."""
+    def couple(
+        v: float, per_m: float, launches: bool, drives: bool, shifts: bool, rolls: bool
+    ) -> tuple:
+        """Say whether the clutch is closed and torque passes, and how fast a free engine turns."""
         turns = v * per_m
         slips = launches and drives and turns < launch_w
         closed = not slips and turns >= open_w and not rolls
@@ -406,7 +462,10 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         here: tuple,
         truck: tuple,
     ) -> tuple:
-        """Net force, command of the torque and its bounds, torques of gears and auxiliaries, forces of wheels and air.
+        """Net force, torques and forces of a stage.
+
+        In this order: net force, command of the torque and its bounds, torques of gears and
+        auxiliaries, forces of wheels and air.
 
         The torque is the one given and `response` times its command.
         """
@@ -421,7 +480,9 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
         # what the driven axle does not hold, and what the driver does not let
         traction = min(driven_mass * max(grip, LEAST_TRACTION_MPS2), max(most, 0.0))
         full = min(full, driving_torque(per_m, loss, v, traction) + auxiliary)
-        driving = min(max(torque + response * command, lowest), full) - auxiliary if engaged else 0.0
+        driving = (
+            min(max(torque + response * command, lowest), full) - auxiliary if engaged else 0.0
+        )
         if not closed:
             driving = max(driving, 0.0)
         wheel = wheel_force(per_m, loss, v, driving)

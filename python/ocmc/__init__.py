@@ -1,7 +1,7 @@
 """Monte Carlo simulation of the energy use of fleets of trucks over stochastic operating cycles.
 
-A study describes the fleet: operating cycles, drivers, vehicles. A run drives many cycles of it and keeps one
-record a cycle. SI units throughout, with the unit as a name's suffix.
+A study describes the fleet: operating cycles, drivers, vehicles. A run drives many cycles of it and
+keeps one record a cycle. SI units throughout, with the unit as a name's suffix.
 
 Examples
 --------
@@ -101,7 +101,10 @@ def __getattr__(name: str) -> ModuleType:
 def __dir__() -> list[str]:
     """List what is public, and can be imported here: ``help`` and ``inspect`` import all of it."""
     parts = _WITH_EXTRAS.items()
-    return [*__all__, *(part for part, needs in parts if needs is None or importlib.util.find_spec(needs))]
+    return [
+        *__all__,
+        *(part for part, needs in parts if needs is None or importlib.util.find_spec(needs)),
+    ]
 
 
 def _main() -> NoReturn:

@@ -5,7 +5,7 @@ from typing import Any, Self
 
 
 class Answer(dict[str, Any]):
-    """An answer: a dictionary with the content of the command's JSON, which prints as the command's text.
+    """Answer: a dictionary with the content of the command's JSON, printed as the command's text.
 
     Parameters
     ----------

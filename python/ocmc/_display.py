@@ -1,4 +1,4 @@
-"""What notebooks show of studies and tables."""
+"""Display of studies and tables in notebooks."""
 
 from collections.abc import Sequence
 from html import escape
@@ -51,7 +51,8 @@ def study(study: "Study") -> str:
         if name != "study"
     )
     return (
-        f"<b>{escape(about['name'])}</b> <code>{study.hash[:8]}</code><br>{escape(about['description'])}"
+        f"<b>{escape(about['name'])}</b> "
+        f"<code>{study.hash[:8]}</code><br>{escape(about['description'])}"
         f"{''.join(tables)}"
     )
 

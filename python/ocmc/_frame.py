@@ -1,4 +1,4 @@
-"""Data frames of tables, by the libraries that are there, and the rows that pandas takes by itself."""
+"""Data frames of tables, by the libraries that are there, and the rows that pandas takes."""
 
 from dataclasses import make_dataclass
 from importlib import import_module
@@ -43,11 +43,17 @@ def _library(name: str) -> Any:  # noqa: ANN401 (not everybody has it)
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"to_{name} needs {name}: pip install {name}", name=name) from error
+        raise ModuleNotFoundError(
+            f"to_{name} needs {name}: pip install {name}", name=name
+        ) from error
 
 
-def rows(table: "Table", dtype: Any, copy: bool | None) -> npt.NDArray[np.object_]:  # noqa: ANN401, FBT001
-    """Make an array of rows, objects whose attributes are the columns; a word that is missing is None.
+def rows(
+    table: "Table",
+    dtype: Any,  # noqa: ANN401
+    copy: bool | None,  # noqa: FBT001
+) -> npt.NDArray[np.object_]:
+    """Make an array of rows, objects with the columns as attributes; a missing word is None.
 
     Raises
     ------

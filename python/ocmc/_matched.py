@@ -10,7 +10,9 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 _EARTH_M = 6371008.8
-_UNLIMITED_KMH = 130.0  # where the map says that there is no limit: that of the vehicle's class holds
+_UNLIMITED_KMH = (
+    130.0  # where the map says that there is no limit: that of the vehicle's class holds
+)
 _ONE_CROSSING_M = 40.0  # signals so close behind one another are those of one crossing (judgement)
 _ACROSS_M = 200.0  # longest way that the map may lack between two of its roads (judgement)
 _URBAN_KMH, _MOTORWAY_KMH = 55.0, 82.0  # as `ocmc drive` has them, where a file names no road types
@@ -19,12 +21,16 @@ _URBAN_KMH, _MOTORWAY_KMH = 55.0, 82.0  # as `ocmc drive` has them, where a file
 def found(
     answer: Mapping[str, Any], signs: Mapping[int, str], fill_m: float, step_m: float
 ) -> tuple[dict[str, list[Any]], list[str]]:
-    """Give columns and account of a route: `bridged` is for its altitudes, and no column of a file."""
+    """Give columns and account of a route: `bridged` is for its altitudes, no column of a file."""
     shape, points = decoded(answer["shape"]), answer["matched_points"]
     edges = [e for e in answer["edges"] if e["end_shape_index"] > e["begin_shape_index"]]
     if not edges or bool((shape == shape[0]).all()):
-        raise ValueError("track: it has no way on the roads of the map; it needs two places along one")
-    ways = [_spread(shape[e["begin_shape_index"] : e["end_shape_index"] + 1], step_m) for e in edges]
+        raise ValueError(
+            "track: it has no way on the roads of the map; it needs two places along one"
+        )
+    ways = [
+        _spread(shape[e["begin_shape_index"] : e["end_shape_index"] + 1], step_m) for e in edges
+    ]
     across_m = sum(
         _checked_gap(before[-1], after[0], edge)
         for before, after, edge in zip([ways[0][:1], *ways], ways, edges, strict=False)
@@ -39,7 +45,9 @@ def found(
         bridged = bool(edge.get("bridge") or edge.get("tunnel"))
         for k, (lat, lon) in enumerate(way[:-1].round(7).tolist()):
             # the first point of a bridge is on the ground
-            rows.append((lat, lon, limit, kind, "" if k else before, bridged and (k > 0 or was_bridged)))
+            rows.append(
+                (lat, lon, limit, kind, "" if k else before, bridged and (k > 0 or was_bridged))
+            )
         before, was_bridged = after, bridged
     lat, lon = ways[-1][-1].round(7).tolist()
     rows.append((lat, lon, *rows[-1][2:4], "", False))
@@ -49,12 +57,19 @@ def found(
         del columns["speed_limit_kmh"]
     if not any(objects):
         del columns["map_object"]
-    shares = {kind: sum(m for m, t in zip(lengths_m, types, strict=True) if t == kind) for kind in set(types)}
+    shares = {
+        kind: sum(m for m, t in zip(lengths_m, types, strict=True) if t == kind)
+        for kind in set(types)
+    }
     on = sum(point["type"] != "unmatched" for point in points)
     account = [
-        f"road: {_km(sum(lengths_m) + across_m)}, {_km(across_m)} of it straight where the map has no way",
+        (
+            f"road: {_km(sum(lengths_m) + across_m)}, {_km(across_m)} of it straight where the "
+            "map has no way"
+        ),
         f"places: {on} of the track's {len(points)} are on it",
-        "road types: " + ", ".join(f"{kind} {_km(share)}" for kind, share in sorted(shares.items())),
+        "road types: "
+        + ", ".join(f"{kind} {_km(share)}" for kind, share in sorted(shares.items())),
     ]
     return columns, [*account, account_of_limits, account_of_objects]
 
@@ -76,8 +91,13 @@ def _checked_gap(before: Floats, after: Floats, edge: Mapping[str, Any]) -> floa
 def _limits(
     given: Sequence[float | str | None], lengths_m: Sequence[float], fill_m: float
 ) -> tuple[list[float | None], str]:
-    """Give the limit of each edge in km/h, none in a gap too long to be filled, and say what is missing."""
-    limits = [None if v is None else _UNLIMITED_KMH if v == "unlimited" else float(v) for v in given]
+    """Give the limit of each edge in km/h, and say what is missing.
+
+    There is none in a gap too long to be filled.
+    """
+    limits = [
+        None if v is None else _UNLIMITED_KMH if v == "unlimited" else float(v) for v in given
+    ]
     gaps, before = [], None
     for missing, group in itertools.groupby(range(len(limits)), key=lambda k: given[k] is None):
         edges = list(group)
@@ -126,7 +146,9 @@ def _objects(
                 word, since_m = "traffic_light", 0.0
         objects.append("" if edge.get("target_percent_along", 1.0) < 1.0 else word)
     objects[-1] = ""  # where the track ends nothing is met
-    counts = [f"{objects.count(word)} {word}" for word in ("traffic_light", "stop_sign", "give_way")]
+    counts = [
+        f"{objects.count(word)} {word}" for word in ("traffic_light", "stop_sign", "give_way")
+    ]
     return objects, f"objects: {', '.join(counts)}" + (
         f"; {_count(merged, 'light')} less than {_ONE_CROSSING_M:.0f} m behind one: of its crossing"
         if merged
@@ -149,7 +171,9 @@ def decoded(polyline: str) -> Floats:
 def _spread(way: Floats, step_m: float) -> Floats:
     """Put points between those of a way, so that none is further than a step from the next."""
     pieces = [
-        np.linspace(a, b, max(int(np.ceil(_length_m(np.array([a, b])) / step_m)), 1), endpoint=False)
+        np.linspace(
+            a, b, max(int(np.ceil(_length_m(np.array([a, b])) / step_m)), 1), endpoint=False
+        )
         for a, b in itertools.pairwise(way)
     ]
     return np.concatenate([*pieces, way[-1:]])

@@ -1,4 +1,4 @@
-"""The progress of a run: a line on a terminal, a bar in a notebook, the user's own callable, or nothing."""
+"""Progress of a run: a line on a terminal, a bar in a notebook, a callable, or nothing."""
 
 import sys
 import time
@@ -19,8 +19,8 @@ def progress(
     Parameters
     ----------
     asked : bool or callable, optional
-        True for a bar, False for none, None for one on a terminal and in a notebook; or what is to be called
-        with the numbers that are done and that were asked for.
+        True for a bar, False for none, None for one on a terminal and in a notebook; or what is to
+        be called with the numbers that are done and that were asked for.
     total : int
         How many were asked for.
     what : str

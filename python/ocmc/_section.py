@@ -37,7 +37,8 @@ class Section(Mapping[str, Any]):
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(
-            f"a study does not change; study.set({f'{self._path}.{name}'!r}, {value!r}) makes another one"
+            f"a study does not change; study.set({f'{self._path}.{name}'!r}, {value!r}) makes "
+            "another one"
         )
 
     def __iter__(self) -> Iterator[str]:
@@ -64,7 +65,9 @@ class Section(Mapping[str, Any]):
 
 def section(value: Any, path: str) -> Any:  # noqa: ANN401 (whatever a key holds)
     """Make a table one with attributes; a law, which is one value, stays a dictionary."""
-    return Section(value, path) if isinstance(value, dict) and "distribution" not in value else value
+    return (
+        Section(value, path) if isinstance(value, dict) and "distribution" not in value else value
+    )
 
 
 def at(content: dict[str, Any], path: str) -> Any:  # noqa: ANN401 (whatever a key holds)
@@ -103,7 +106,9 @@ def rows(content: dict[str, Any]) -> str:
         for name in path.split("."):
             value = value[name]
         if not isinstance(value, dict) or "distribution" in value:
-            cells = (f'<td style="text-align:left">{escape(text)}</td>' for text in (path, _shown(value)))
+            cells = (
+                f'<td style="text-align:left">{escape(text)}</td>' for text in (path, _shown(value))
+            )
             lines.append(f"<tr>{''.join(cells)}</tr>")
     return f"<table><tbody>{''.join(lines)}</tbody></table>"
 

@@ -10,8 +10,8 @@ _QUANTILES = ["p5", "p25", "p50", "p75", "p95", "p99"]
 class Summary(Answer):
     """The summary of a run: the content of ``summary.json``, printed as the command prints it.
 
-    Statistics are over completed cycles: the mean is the fleet's (total over total) with its 95 % interval,
-    standard deviation and quantiles are per cycle.
+    Statistics are over completed cycles: the mean is the fleet's (total over total) with its 95 %
+    interval, standard deviation and quantiles are per cycle.
 
     Parameters
     ----------
@@ -40,7 +40,11 @@ class Summary(Answer):
             name, factor = label(column)
             low, high = statistic["ci95"] or (None, None)
             half_width = None if low is None or high is None else (high - low) / 2
-            numbers = [statistic["mean"], half_width, *(statistic[key] for key in ["sd", *_QUANTILES])]
+            numbers = [
+                statistic["mean"],
+                half_width,
+                *(statistic[key] for key in ["sd", *_QUANTILES]),
+            ]
             rows.append([name, *("-" if x is None else f"{factor * x:.4g}" for x in numbers)])
         head = ["", "mean of the fleet", "± 95 %", "SD", *(name.upper() for name in _QUANTILES)]
         done, cycles = self["outcomes"]["completed"], self["cycles"]

@@ -1,8 +1,8 @@
 """Runs on a Dask cluster (``pip install '.[dask]'``): the same bytes as one run on one machine.
 
-A run is cut into shards of consecutive cycles. A worker drives one shard on each of its threads, so that
-together they use the threads that the worker was given. The shards of a worker that is lost are driven again
-by others.
+A run is cut into shards of consecutive cycles. A worker drives one shard on each of its threads, so
+that together they use the threads that the worker was given. The shards of a worker that is lost
+are driven again by others.
 """
 
 import json
@@ -79,11 +79,12 @@ def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
     first_cycle : int
         Id of the first cycle.
     shard_cycles : int, optional
-        Cycles of a shard; by default enough shards to keep all threads busy. The records do not depend on it.
+        Cycles of a shard; by default enough shards to keep all threads busy. The records do not
+        depend on it.
     out : str or os.PathLike, optional
-        A folder that all workers and this program see. Each shard is written there as a run directory of its
-        own, and nothing is sent here: for runs that do not fit into memory. Shards that are there already are
-        kept.
+        A folder that all workers and this program see. Each shard is written there as a run
+        directory of its own, and nothing is sent here: for runs that do not fit into memory. Shards
+        that are there already are kept.
     progress : bool or callable, optional
         As for `Study.run`.
 
@@ -112,7 +113,9 @@ def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
     client = distributed.get_client() if client is None else client
     threads = max(1, sum(client.nthreads().values()))
     if shard_cycles is None:
-        shard_cycles = min(max(cycles // (_SHARDS_A_THREAD * threads), _FEWEST_CYCLES), _MOST_CYCLES)
+        shard_cycles = min(
+            max(cycles // (_SHARDS_A_THREAD * threads), _FEWEST_CYCLES), _MOST_CYCLES
+        )
     for name, number in [("cycles", cycles), ("shard_cycles", shard_cycles)]:
         if number < 1:
             raise ValueError(f"`{name}` is {number}, allowed is a whole number from 1")
@@ -120,7 +123,8 @@ def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
     trips = study.to_dict().get("fleet", {}).get("trips_per_truck", 1)
     shard_cycles = -(-shard_cycles // trips) * trips
     begin = time.monotonic()
-    # a task, not a value: what is lost with a worker is made again; with the ranges of judged numbers
+    # a task, not a value: what is lost with a worker is made again; with the ranges of judged
+    # numbers
     make, arguments = study.__reduce__()
     model = client.submit(make, *arguments, pure=False)
     ranges = [

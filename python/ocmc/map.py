@@ -1,7 +1,8 @@
-"""What a map knows of a GPS track: limits, lights, signs, altitudes (``pip install '.[map]'``).
+"""Data of a map along a GPS track: limits, lights, signs, altitudes (``pip install '.[map]'``).
 
-From files of yours alone, never from a web service: Valhalla's tiles, which ``valhalla_build_tiles`` makes of
-an OpenStreetMap extract, and rasters of altitudes. Valhalla's wheel needs Python 3.12.
+From files of yours alone, never from a web service: Valhalla's tiles, which
+``valhalla_build_tiles`` makes of an OpenStreetMap extract, and rasters of altitudes. Valhalla's
+wheel needs Python 3.12.
 
 Examples
 --------
@@ -31,7 +32,10 @@ __all__ = ["Route", "route"]
 
 _STEP_M = 25.0  # between altitudes
 _SIGNS_AT_ONCE = 500
-_MOST = {"max_distance": 1e7, "max_shape": 1_000_000}  # of a track, in m and places: for services, less
+_MOST = {
+    "max_distance": 1e7,
+    "max_shape": 1_000_000,
+}  # of a track, in m and places: for services, less
 
 
 @dataclass(frozen=True)
@@ -76,16 +80,17 @@ def route(
     Parameters
     ----------
     track : dict of str to sequence of float, or table
-        Columns ``lat`` and ``lon`` in degrees (WGS 84), one row a sample, in the order of the drive and some
-        100 m apart at most.
+        Columns ``lat`` and ``lon`` in degrees (WGS 84), one row a sample, in the order of the drive
+        and some 100 m apart at most.
     tiles : str or os.PathLike
         Valhalla's configuration (``valhalla.json``), which names the tiles.
     elevation : sequence of str or os.PathLike
-        Rasters of altitudes in m (GeoTIFF, HGT and other files of GDAL's). The first that has a value counts.
-        On bridges and in tunnels the altitude is straight between their ends.
+        Rasters of altitudes in m (GeoTIFF, HGT and other files of GDAL's). The first that has a
+        value counts. On bridges and in tunnels the altitude is straight between their ends.
     fill_m : float
-        Longest stretch without a limit in the map, in m, that takes the limit before it, or at the start the
-        one behind it. Where one is longer, the route has no column of limits: ``--draw limits`` draws them.
+        Longest stretch without a limit in the map, in m, that takes the limit before it, or at the
+        start the one behind it. Where one is longer, the route has no column of limits: ``--draw
+        limits`` draws them.
 
     Returns
     -------
@@ -97,9 +102,9 @@ def route(
     ModuleNotFoundError
         Where the extra is not installed.
     ValueError
-        Where a place is no place, where the track leaves the map's roads for more than 200 m on the way or
-        takes a ferry, where rasters have no value or no coordinates, or where the configuration loads tiles
-        from the web.
+        Where a place is no place, where the track leaves the map's roads for more than 200 m on the
+        way or takes a ferry, where rasters have no value or no coordinates, or where the
+        configuration loads tiles from the web.
     OSError
         Where a file cannot be read.
 
@@ -119,13 +124,18 @@ def route(
     actor = _actor(Path(tiles))
     shape = [{"lat": lat, "lon": lon} for lat, lon in places]
     try:
-        answer = actor.trace_attributes({"shape": shape, "costing": "auto", "shape_match": "map_snap"})
+        answer = actor.trace_attributes(
+            {"shape": shape, "costing": "auto", "shape_match": "map_snap"}
+        )
     except RuntimeError as error:
         raise ValueError(
-            f"track from {at(*places[0])} to {at(*places[-1])}: no way on the roads of {tiles} ({error}); "
+            f"track from {at(*places[0])} to {at(*places[-1])}: no way on the roads of {tiles} "
+            f"({error}); "
             "its tiles have to cover the track"
         ) from error
-    columns, account = found(answer, _signs(actor, answer), fill_m, _STEP_M if elevation else np.inf)
+    columns, account = found(
+        answer, _signs(actor, answer), fill_m, _STEP_M if elevation else np.inf
+    )
     bridged = columns.pop("bridged")
     if elevation:
         way = np.array([columns["lat"], columns["lon"]]).T
@@ -140,14 +150,21 @@ def _places(track: Any) -> list[tuple[float, float]]:  # noqa: ANN401
     try:
         lat, lon = (np.asarray(track[name], dtype=float) for name in ("lat", "lon"))
     except KeyError as error:
-        raise ValueError(f"track: no column {error}; it needs 'lat' and 'lon', in degrees") from error
-    if lat.shape != lon.shape or lat.ndim != 1 or lat.size < 2:  # noqa: PLR2004 (two places make a way)
-        raise ValueError(f"track: {lat.size} lat and {lon.size} lon; it needs as many of both, at least 2")
-    wrong = ~((np.abs(lat) <= 90) & (np.abs(lon) <= 180))  # noqa: PLR2004 (degrees); nan is wrong, too
+        raise ValueError(
+            f"track: no column {error}; it needs 'lat' and 'lon', in degrees"
+        ) from error
+    # two places make a way
+    if lat.shape != lon.shape or lat.ndim != 1 or lat.size < 2:  # noqa: PLR2004
+        raise ValueError(
+            f"track: {lat.size} lat and {lon.size} lon; it needs as many of both, at least 2"
+        )
+    # degrees; nan is wrong, too
+    wrong = ~((np.abs(lat) <= 90) & (np.abs(lon) <= 180))  # noqa: PLR2004
     if wrong.any():
         k = int(np.argmax(wrong))
         raise ValueError(
-            f"track, row {k + 1}: lat {lat[k]}, lon {lon[k]}; allowed are -90 to 90 and -180 to 180. "
+            f"track, row {k + 1}: lat {lat[k]}, lon {lon[k]}; allowed are -90 to 90 and -180 to "
+            "180. "
             "Leave rows without a place out"
         )
     return list(zip(lat.tolist(), lon.tolist(), strict=True))
@@ -176,7 +193,8 @@ def _actor(config: Path) -> Any:  # noqa: ANN401 (a class without types)
         ) from error
     if from_web:
         raise ValueError(
-            f"{config}: mjolnir.tile_url loads tiles from the web; name local ones in mjolnir.tile_dir"
+            f"{config}: mjolnir.tile_url loads tiles from the web; name local ones in "
+            "mjolnir.tile_dir"
         )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / config.name
@@ -191,7 +209,11 @@ def _signs(actor: Any, answer: Mapping[str, Any]) -> dict[int, str]:  # noqa: AN
     options = {"node_snap_tolerance": 0, "minimum_reachability": 0}
     locations = [{"lat": lat, "lon": lon} | options for lat, lon in middles]
     for k in range(0, len(locations), _SIGNS_AT_ONCE):
-        request = {"locations": locations[k : k + _SIGNS_AT_ONCE], "costing": "auto", "verbose": True}
+        request = {
+            "locations": locations[k : k + _SIGNS_AT_ONCE],
+            "costing": "auto",
+            "verbose": True,
+        }
         for edge in (edge for place in actor.locate(request) for edge in place["edges"] or []):
             for flag, word in [("yield_sign", "give_way"), ("stop_sign", "stop_sign")]:
                 if edge["edge"][flag]:
@@ -199,14 +221,18 @@ def _signs(actor: Any, answer: Mapping[str, Any]) -> dict[int, str]:  # noqa: AN
     return signs
 
 
-def _altitudes(files: Sequence[str | PathLike[str]], way: Floats, bridged: Sequence[bool]) -> list[float]:
+def _altitudes(
+    files: Sequence[str | PathLike[str]], way: Floats, bridged: Sequence[bool]
+) -> list[float]:
     """Give the altitude of each point in m, between the four cells around it."""
     rasterio = _needed("rasterio", "rasterio")
     warp = _needed("rasterio.warp", "rasterio")
     altitude = np.full(len(way), np.nan)
     for file in map(Path, files):
         if not file.is_file():
-            raise FileNotFoundError(f"{file}: no such file; elevation takes files of this machine alone")
+            raise FileNotFoundError(
+                f"{file}: no such file; elevation takes files of this machine alone"
+            )
         with rasterio.open(file) as raster:
             if raster.crs is None:
                 raise ValueError(f"{file}: the raster does not say its coordinates (CRS)")
@@ -230,7 +256,8 @@ def _altitudes(files: Sequence[str | PathLike[str]], way: Floats, bridged: Seque
     if np.isnan(altitude).any():
         k = int(np.argmax(np.isnan(altitude)))
         raise ValueError(
-            f"elevation: no value for {np.isnan(altitude).sum()} of {len(way)} points, the first at "
+            f"elevation: no value for {np.isnan(altitude).sum()} of {len(way)} points, the first "
+            "at "
             f"{at(*way[k])}; name the tiles that cover it"
         )
     at_m, ground = along_m(way), ~np.array(bridged)

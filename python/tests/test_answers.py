@@ -1,4 +1,4 @@
-"""What the command does and Python does, too: precision, resume, out, merge, crossed, lists, completion."""
+"""Answers of the command that Python gives: precision, resume, out, merge, crossed, lists."""
 
 import json
 import pickle
@@ -49,7 +49,9 @@ def test_out_is_the_directory_of_save(study, tmp_path):
     run.save(tmp_path / "b", format="csv")
     for name in ["records.csv", "manifest.json"]:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
-    assert (tmp_path / "a" / "summary.json").read_bytes() == (tmp_path / "b" / "summary.json").read_bytes()
+    assert (tmp_path / "a" / "summary.json").read_bytes() == (
+        tmp_path / "b" / "summary.json"
+    ).read_bytes()
     for wrong in [{"resume": True}, {"format": "csv"}]:
         with pytest.raises(ValueError, match="goes with `out`"):
             study.run(cycles=3, **wrong)
@@ -112,13 +114,17 @@ def test_judged_numbers_are_in_doubt_until_they_are_typed(study, tmp_path):
 
 
 def test_a_sensitivity_analysis_keeps_its_design(study, tmp_path):
-    answer = study.sensitivity(cycles=40, factors=["mission", "driver"], crossed=10, out=tmp_path / "s")
+    answer = study.sensitivity(
+        cycles=40, factors=["mission", "driver"], crossed=10, out=tmp_path / "s"
+    )
     assert answer["two_way"]["drivers"] == 30
     design = np.genfromtxt(tmp_path / "s" / "design.csv", delimiter=",", names=True)
     assert design.dtype.names == ("cycle_id", "a", "b", "mission", "driver")
     both = np.concatenate([design["a"], design["b"]])
     assert np.isclose(both.mean(), answer["mean"])
-    assert "would go with the mission" in (tmp_path / "s" / "report.html").read_text(encoding="utf-8")
+    assert "would go with the mission" in (tmp_path / "s" / "report.html").read_text(
+        encoding="utf-8"
+    )
     assert ocmc.Study(tmp_path / "s" / "study.toml") == study
     with pytest.raises(ValueError, match="crossed"):
         study.sensitivity(cycles=40, crossed=1)
@@ -135,7 +141,10 @@ def test_what_is_built_in_is_listed():
 
 def test_values_are_attributes_and_can_be_completed(study):
     assert study.mission.length_m == study["mission.length_m"] == 5000.0
-    assert study.road.types.urban.mean_length_m == study.to_dict()["road"]["types"]["urban"]["mean_length_m"]
+    assert (
+        study.road.types.urban.mean_length_m
+        == study.to_dict()["road"]["types"]["urban"]["mean_length_m"]
+    )
     assert study.mission.payload_kg["distribution"] == "mixture"
     assert study.set("mission.payload_kg", study.mission.payload_kg) == study
     assert {"vehicle", "driver", "run"} <= set(dir(study))

@@ -44,7 +44,10 @@ QUESTIONS = [
         {"ask": "size", "study": "battery-truck", "arrive": [0.9], "plan": FEW},
         ["size", "--study", "battery-truck", *OPTIONS[:4], "--arrive", "90%"],
     ),
-    ({"ask": "bound", "study": STUDY, "plan": {"cycles": 4}}, ["bound", "--cycles", "4", "--set", SHORT]),
+    (
+        {"ask": "bound", "study": STUDY, "plan": {"cycles": 4}},
+        ["bound", "--cycles", "4", "--set", SHORT],
+    ),
     (
         {
             "ask": "cost",
@@ -124,7 +127,12 @@ def answered(schema, question, folder):
     """The answer of a question that is asked in a folder."""
     of_schema(schema, "Ask").validate(question)
     done = subprocess.run(
-        [*COMMAND, "ask"], input=json.dumps(question), capture_output=True, text=True, cwd=folder, check=True
+        [*COMMAND, "ask"],
+        input=json.dumps(question),
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        check=True,
     )
     messages = [json.loads(line) for line in done.stdout.splitlines()]
     for message in messages:
@@ -179,7 +187,18 @@ def test_a_study_is_told_with_its_text_and_its_differences(schema, tmp_path):
 def test_a_trip_is_that_of_trace(schema, tmp_path):
     short = {"study": "field-truck", "set": [SHORT]}
     trip = answered(schema, {"ask": "trip", "study": short, "cycle": 5, "seed": 3}, tmp_path)
-    command = [*COMMAND, "trace", "--cycle-id", "5", "--seed", "3", "--set", SHORT, "--json", "--quiet"]
+    command = [
+        *COMMAND,
+        "trace",
+        "--cycle-id",
+        "5",
+        "--seed",
+        "3",
+        "--set",
+        SHORT,
+        "--json",
+        "--quiet",
+    ]
     trace = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     assert trip["columns"].keys() == trace.keys()
     steps = len(trip["columns"]["time_s"])
@@ -196,7 +215,10 @@ def test_a_trip_is_that_of_trace(schema, tmp_path):
         ('{"ask": "wonder"}', "unknown variant"),
         ({"ask": "run", "study": "field-truck", "cycle": 3}, "unknown field `cycle`"),
         ({"ask": "run", "study": "field-truk"}, "field-truck"),
-        ({"ask": "run", "study": {"study": "field-truck", "set": ["vehicle.mass=1"]}}, "vehicle.mass"),
+        (
+            {"ask": "run", "study": {"study": "field-truck", "set": ["vehicle.mass=1"]}},
+            "vehicle.mass",
+        ),
         ({"ask": "range", "study": "field-truck"}, "no battery"),
         ({"ask": "range", "study": "battery-truck", "plan": {"cycles": 0}}, "one cycle at least"),
         ({"ask": "compare", "studies": ["field-truck"]}, "two at least"),
@@ -226,7 +248,9 @@ def test_no_files_are_read_for_strangers(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
 def test_progress_is_told_and_a_signal_ends_the_work(schema):
     question = json.dumps({"ask": "run", "study": "field-truck", "plan": {"cycles": 1_000_000}})
-    work = subprocess.Popen([*COMMAND, "ask"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    work = subprocess.Popen(
+        [*COMMAND, "ask"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     with work:
         work.stdin.write(question)
         work.stdin.close()

@@ -46,7 +46,9 @@ def test_the_command_gives_the_same_text(run):
     text = command(*SHORT, "--cycles", "300", "--quiet").stdout.splitlines()
     printed = str(run.summary()).splitlines()
     assert len(text) > 20
-    assert [line for line in text if "took" not in line] == [line for line in printed if "took" not in line]
+    assert [line for line in text if "took" not in line] == [
+        line for line in printed if "took" not in line
+    ]
 
 
 def test_the_command_gives_the_same_operating_cycle(study):
@@ -85,7 +87,9 @@ def test_messages_are_those_of_the_exceptions():
 def test_ctrl_c_ends_the_command_within_a_second(tmp_path):
     out = tmp_path / "run"
     arguments = [COMMAND, *SHORT, "--cycles", "1000000000", "--out", out, "--quiet"]
-    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         while not (out / "chunks" / "00000000.parquet").exists():
             assert process.poll() is None
             time.sleep(0.05)

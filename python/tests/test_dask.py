@@ -26,7 +26,11 @@ def client():
         # a call of a worker that has just been lost waits so long, and 30 s without being told
         dask.config.set({"distributed.comm.timeouts.connect": "10s"}),
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=2, processes=True, dashboard_address=None, silence_logs=50
+            n_workers=2,
+            threads_per_worker=2,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=50,
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
@@ -60,7 +64,9 @@ def test_a_cluster_gives_the_records_of_one_run(study, whole, client, tmp_path):
     whole.save(tmp_path / "whole")
     run.save(tmp_path / "cluster")
     for name in ["records.parquet", "manifest.json"]:
-        assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "cluster" / name).read_bytes(), name
+        assert (tmp_path / "whole" / name).read_bytes() == (
+            tmp_path / "cluster" / name
+        ).read_bytes(), name
     summary, expected = run.summary(), whole.summary()
     assert summary["threads"] == 4
     for key in ["wall_s", "threads", "ended_at"]:
@@ -72,7 +78,9 @@ def test_a_cluster_gives_the_records_of_one_run(study, whole, client, tmp_path):
 
 
 def test_the_records_do_not_depend_on_the_shards(study, whole, client):
-    run = ocmc.dask.run(study, cycles=CYCLES, seed=7, first_cycle=10, client=client, shard_cycles=333)
+    run = ocmc.dask.run(
+        study, cycles=CYCLES, seed=7, first_cycle=10, client=client, shard_cycles=333
+    )
     np.testing.assert_array_equal(run["fuel_kg"], whole["fuel_kg"])
     assert run["cycle_id"].tolist() == whole["cycle_id"].tolist()
 
@@ -114,7 +122,9 @@ def test_parts_on_shared_storage(study, whole, client, tmp_path):
     assert ocmc.dask.run(study, **given, out=out) == parts
     assert (parts[0] / "records.parquet").stat().st_mtime_ns == before
     assert len(ocmc.load(parts[2])) == 600
-    assert {json.loads((part / "manifest.json").read_text())["status"] for part in parts} == {"complete"}
+    assert {json.loads((part / "manifest.json").read_text())["status"] for part in parts} == {
+        "complete"
+    }
 
     with pytest.raises(FileExistsError, match="holds another run"):
         ocmc.dask.run(study, **(given | {"seed": 8}), out=out)

@@ -22,7 +22,8 @@ README = ROOT / "README.md"
 INDEX_PAGE = ROOT / "python" / "README.md"  # that of a package index
 REFERENCE = ROOT / "docs" / "src" / "reference"
 
-# what a docstring need not have: sections that most have no use for, and rules of style that ruff looks after
+# what a docstring need not have: sections that most have no use for, and rules of style that ruff
+# looks after
 UNNEEDED = {
     "ES01",
     "SA01",
@@ -59,7 +60,9 @@ def public():
 
 
 PUBLIC = dict(public())
-CALLABLE = [name for name, thing in PUBLIC.items() if callable(thing) and not name.endswith(".keys")]
+CALLABLE = [
+    name for name, thing in PUBLIC.items() if callable(thing) and not name.endswith(".keys")
+]
 
 
 @pytest.fixture(autouse=True)
@@ -151,7 +154,9 @@ SOURCE = re.compile(r"`((?:[\w-]+/)*[\w-]+\.(?:rs|py))`")
 
 def prose(page):
     """Give the text of a page without its blocks of code."""
-    return re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    return re.sub(
+        r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL
+    )
 
 
 def anchor(heading):
@@ -196,7 +201,9 @@ def commands(page):
     """Give the commands of a page, those between backticks and those of its blocks for a shell."""
     text = page.read_text(encoding="utf-8")
     blocks = re.findall(r"^```sh\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
-    lines = "\n".join(blocks).replace("\\\n", " ").split("\n") + re.findall(r"`(ocmc [^`]*)`", prose(page))
+    lines = "\n".join(blocks).replace("\\\n", " ").split("\n") + re.findall(
+        r"`(ocmc [^`]*)`", prose(page)
+    )
     return [line.partition(" #")[0] for line in lines if line.startswith("ocmc ")]
 
 
@@ -206,11 +213,19 @@ def test_the_commands_of_the_pages_and_their_options_exist():
         for command in commands(page):
             # values in quotes have no options
             bare = re.sub(r"'[^']*'", "", command)
-            names = re.match(r"ocmc((?: (?:study|fit|calibrate))?(?: [a-z][a-z-]*)?)(?= |$)", bare)[1].split()
+            names = re.match(r"ocmc((?: (?:study|fit|calibrate))?(?: [a-z][a-z-]*)?)(?= |$)", bare)[
+                1
+            ].split()
             used.setdefault(" ".join(names), set()).update(re.findall(r"(?<= )--[a-z-]+", bare))
     assert len(used) > 20
     for names, options in used.items():
-        program = [sys.executable, "-c", "import sys, ocmc; sys.exit(ocmc._main())", *names.split(), "--help"]
+        program = [
+            sys.executable,
+            "-c",
+            "import sys, ocmc; sys.exit(ocmc._main())",
+            *names.split(),
+            "--help",
+        ]
         done = subprocess.run(program, capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"ocmc {names}: {done.stderr}"
         assert options <= set(re.findall(r"--[a-z-]+", done.stdout)), f"ocmc {names}: {options}"

@@ -70,7 +70,9 @@ def test_a_speed_is_followed_as_by_the_command(truck, speed_file, tmp_path, foll
     assert manifest["study"] == f"field-truck-loaded following {speed_file} ({follow})"
     run.save(tmp_path / "python")
     for name in ["records.parquet", "manifest.json"]:
-        assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "command" / name).read_bytes()
+        assert (tmp_path / "python" / name).read_bytes() == (
+            tmp_path / "command" / name
+        ).read_bytes()
     assert run.study.name == "field-truck-loaded"
     np.testing.assert_allclose(run["distance_m"], METRES, rtol=1e-12 if follow == "exact" else 1e-2)
     if follow == "exact":
@@ -150,15 +152,30 @@ def test_what_is_wrong_is_said(truck, route, speed_file, tmp_path):
         [route, speed_file],
         follow_speed="exact",
     )
-    wrong(ValueError, "`follow_speed`: `driver` takes a drive cycle over time", route, follow_speed="driver")
+    wrong(
+        ValueError,
+        "`follow_speed`: `driver` takes a drive cycle over time",
+        route,
+        follow_speed="driver",
+    )
     for cycle in [speed_file, SPEED]:
-        wrong(ValueError, "to keep: leave `keep` out", cycle, follow_speed="exact", keep=["weather"])
+        wrong(
+            ValueError, "to keep: leave `keep` out", cycle, follow_speed="exact", keep=["weather"]
+        )
     wrong(ValueError, "in Python follow_speed", SPEED)
     wrong(ValueError, "several items, allowed are paths", [SPEED, route], follow_speed="exact")
     wrong(
-        ValueError, '`follow_speed` is "fast", allowed is one of: driver, exact', route, follow_speed="fast"
+        ValueError,
+        '`follow_speed` is "fast", allowed is one of: driver, exact',
+        route,
+        follow_speed="fast",
     )
-    wrong(ValueError, '`keep` is "road", allowed is one of: weather, traffic, mission', route, keep=["road"])
+    wrong(
+        ValueError,
+        '`keep` is "road", allowed is one of: weather, traffic, mission',
+        route,
+        keep=["road"],
+    )
     wrong(ValueError, "`files` is empty", [])
     wrong(TypeError, "`files` is 3, allowed is a path", 3)
     wrong(ValueError, "`cycles` is 0", route, cycles=0)
@@ -175,7 +192,15 @@ def test_what_was_read_of_a_route_is_told(route, tmp_path, capsys):
     study = ocmc.Study("field-truck")
     run = study.drive(route, cycles=2, progress=True)
     [told] = run.routes
-    assert set(told) >= {"file", "length_m", "climb_m", "steepest_grade", "n_curves", "n_stops", "told"}
+    assert set(told) >= {
+        "file",
+        "length_m",
+        "climb_m",
+        "steepest_grade",
+        "n_curves",
+        "n_stops",
+        "told",
+    }
     assert told["warnings"] == []
     assert "km, " in told["told"][0]
     assert told["told"][0] in capsys.readouterr().err

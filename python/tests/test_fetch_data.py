@@ -49,7 +49,9 @@ def server(tmp_path):
     files.mkdir(parents=True)
     (files / "raw.csv").write_bytes(RAW)
     (files / "speed.csv").write_bytes(SPEED)
-    (files / "rambo.txt").write_text("timestamp,angle,torque,speed\n2,0.12345678,1,3\n1,0,0.00004,2.5\n")
+    (files / "rambo.txt").write_text(
+        "timestamp,angle,torque,speed\n2,0.12345678,1,3\n1,0,0.00004,2.5\n"
+    )
     server = http.server.ThreadingHTTPServer(
         ("127.0.0.1", 0), functools.partial(Handler, directory=str(folder))
     )
@@ -69,12 +71,18 @@ UDACITY += b"2.0,0.123457,1.0,3.0\n"
 def sources(tmp_path, *files, **wheel):
     path = tmp_path / "sources.toml"
     rows = [
-        "{" + ", ".join(f"{key} = {json.dumps(value)}" for key, value in file.items()) + "}" for file in files
+        "{" + ", ".join(f"{key} = {json.dumps(value)}" for key, value in file.items()) + "}"
+        for file in files
     ]
-    text = '[[repository]]\nname = "Something"\nrepository = "someone/something"\ncommit = "0123abc"\n'
+    text = (
+        '[[repository]]\nname = "Something"\nrepository = "someone/something"\ncommit = "0123abc"\n'
+    )
     text += 'licence = "MIT"\nholder = "Someone"\nfiles = [' + ", ".join(rows) + "]\n"
     if wheel:
-        text += f'[[package]]\nname = "Made"\nrequirement = "made==1"\nwheel_sha256 = "{wheel["wheel"]}"\n'
+        text += (
+            '[[package]]\nname = "Made"\nrequirement = "made==1"\nwheel_sha256 = '
+            f'"{wheel["wheel"]}"\n'
+        )
         text += 'licence = "MIT"\nholder = "Someone"\n'
         text += f'files = [{{to = "p/x.csv", from = "made/x.csv", sha256 = "{sha256(RAW)}"}}]\n'
     text += '[[by_hand]]\nto = "hand.json"\nfrom = "a book"\nhow = "typed"\n'
@@ -88,9 +96,19 @@ GZIP_FILE = {"to": "a/speed.csv.gz", "from": "a folder/speed.csv", "sha256": sha
 
 def fetch(server, listed, folder, *options, env=None):
     raw = f"http://127.0.0.1:{server.server_address[1]}" if server else "http://127.0.0.1:1"
-    command = [sys.executable, ROOT / "scripts/fetch-data", folder, "--sources", listed, "--raw", raw]
+    command = [
+        sys.executable,
+        ROOT / "scripts/fetch-data",
+        folder,
+        "--sources",
+        listed,
+        "--raw",
+        raw,
+    ]
     command += ["--pause-s", "0.01", *options]
-    return subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | (env or {}))
+    return subprocess.run(
+        command, capture_output=True, text=True, check=False, env=os.environ | (env or {})
+    )
 
 
 def test_files_arrive_whole_converted_and_compressed(server, tmp_path):
@@ -130,7 +148,12 @@ def test_another_hash_is_refused_and_nothing_is_kept(server, tmp_path):
 
 
 def test_another_result_of_a_conversion_is_refused(server, tmp_path):
-    file = {"to": "u.csv", "from": "a folder/rambo.txt", "convert": "udacity", "content_sha256": sha256(b"")}
+    file = {
+        "to": "u.csv",
+        "from": "a folder/rambo.txt",
+        "convert": "udacity",
+        "content_sha256": sha256(b""),
+    }
     called = fetch(server, sources(tmp_path, file), tmp_path / "data")
     assert called.returncode == 1
     assert f"u.csv: its SHA-256 is {sha256(UDACITY)}" in called.stderr
@@ -174,16 +197,21 @@ def made_wheel(folder):
     path = folder / "made-1-py3-none-any.whl"
     with zipfile.ZipFile(path, "w") as wheel:
         wheel.writestr("made/x.csv", RAW)
-        wheel.writestr("made-1.dist-info/METADATA", "Metadata-Version: 2.1\nName: made\nVersion: 1\n")
         wheel.writestr(
-            "made-1.dist-info/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+            "made-1.dist-info/METADATA", "Metadata-Version: 2.1\nName: made\nVersion: 1\n"
+        )
+        wheel.writestr(
+            "made-1.dist-info/WHEEL",
+            "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
         )
         wheel.writestr("made-1.dist-info/RECORD", "")
     return sha256(path.read_bytes())
 
 
 @pytest.mark.skipif(
-    subprocess.run([sys.executable, "-m", "pip", "--version"], capture_output=True, check=False).returncode
+    subprocess.run(
+        [sys.executable, "-m", "pip", "--version"], capture_output=True, check=False
+    ).returncode
     != 0,
     reason="this environment has no pip",
 )
@@ -200,7 +228,10 @@ def test_files_of_a_package_come_from_its_wheel_of_that_hash(server, tmp_path):
 
 def test_every_listed_file_has_its_hash_and_no_two_go_to_one_place():
     listed = subprocess.run(
-        [sys.executable, ROOT / "scripts/fetch-data", "--list"], capture_output=True, text=True, check=True
+        [sys.executable, ROOT / "scripts/fetch-data", "--list"],
+        capture_output=True,
+        text=True,
+        check=True,
     ).stdout
     files = [line.strip() for line in listed.splitlines() if line.startswith("  ")]
     assert len(files) > 200
@@ -220,7 +251,7 @@ NIL = struct.pack(">i", 254)
 
 
 def test_a_table_of_r_is_read():
-    """Two columns as R writes them: numbers, one of them missing, and integers in the short form."""
+    """Two columns as R writes them: numbers, one missing, and integers in the short form."""
     numbers = struct.pack(">ii3d", 14, 3, 1.5, float("nan"), -2.0)
     symbol = struct.pack(">i", 1) + r_text(b"compact_intseq")
     info = struct.pack(">i", 2) + symbol + NIL
@@ -239,7 +270,8 @@ def test_a_table_of_r_is_read():
 
 def test_roads_of_a_map_are_its_main_ones_inside_the_extract():
     ways = "".join(
-        f'<way id="{k}">{"".join(f"""<nd ref="{n}"/>""" for n in nodes)}<tag k="highway" v="{kind}"/></way>'
+        f'<way id="{k}">{"".join(f"""<nd ref="{n}"/>""" for n in nodes)}<tag k="highway" '
+        f'v="{kind}"/></way>'
         for k, (kind, nodes) in enumerate(
             [("motorway", (1, 9, 2)), ("motorway_link", (1, 2)), ("primary", (2,))]
         )
@@ -257,13 +289,20 @@ def test_roads_of_a_map_are_its_main_ones_inside_the_extract():
 
 @pytest.mark.skipif(os.name == "nt", reason="scripts/check is for bash")
 def test_tests_that_compared_nothing_are_named(tmp_path):
-    """The notes that tests leave, as `tests/it/others_data.rs` writes them, and what pytest prints."""
+    """Notes that tests leave, as `tests/it/others_data.rs` has them, and output of pytest."""
     check = [ROOT / "scripts/check", "--skipped"]
     notes = tmp_path / "tmp"
     notes.mkdir()
     environment = os.environ | {"CARGO_TARGET_DIR": str(tmp_path)}
-    assert subprocess.run(check, capture_output=True, text=True, check=True, env=environment).stdout == ""
-    lines = ["ocmc a::b\tno c in OCMC_DATA", "ocmc a::b\tno d in OCMC_DATA", "ocmc-core e\tno strace"]
+    assert (
+        subprocess.run(check, capture_output=True, text=True, check=True, env=environment).stdout
+        == ""
+    )
+    lines = [
+        "ocmc a::b\tno c in OCMC_DATA",
+        "ocmc a::b\tno d in OCMC_DATA",
+        "ocmc-core e\tno strace",
+    ]
     (notes / "skipped-tests.txt").write_text("".join(line + "\n" for line in [*lines, lines[0]]))
     (notes / "pytest.txt").write_text("..s\nSKIPPED [1] a.py:3: no duckdb\n3 passed, 1 skipped\n")
     said = subprocess.run(check, capture_output=True, text=True, check=True, env=environment).stdout

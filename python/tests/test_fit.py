@@ -14,7 +14,7 @@ CURVES = Path(__file__).parents[2] / "examples" / "data" / "simulator_curves.csv
 
 @pytest.fixture(scope="module")
 def curves():
-    """The curves whose regression equals the paper's simulator tables, as a dictionary of columns."""
+    """Curves whose regression equals the paper's simulator tables, as a dictionary of columns."""
     with CURVES.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     words = {name: [row[name] for row in rows] for name in ("driver", "direction")}
@@ -28,14 +28,18 @@ def fit(curves):
 
 def test_the_paper_s_simulator_tables(fit):
     f = {row["term"]: row["f"] for row in fit["anova"] if row["f"] is not None}
-    # the data were made of the printed mean squares, which have four digits, for the direction three
+    # the data were made of the printed mean squares, which have four digits, for the direction
+    # three
     assert (f["radius"], f["driver"]) == pytest.approx((87.6916, 65.7463), rel=2e-4)
     assert f["direction"] == pytest.approx(0.0882, rel=3e-3)
     estimated, fixed = fit["estimated"], fit["fixed"]
     assert round(estimated["exponent"], 2) == 0.23
     assert [round(end, 2) for end in estimated["exponent_ci95"]] == [0.18, 0.28]
     assert round(3.6 * estimated["reference_speed_mps"]) == 60
-    assert (round(100 * estimated["driver_sd"]), round(100 * estimated["residual_sd"], 1)) == (16, 4.8)
+    assert (round(100 * estimated["driver_sd"]), round(100 * estimated["residual_sd"], 1)) == (
+        16,
+        4.8,
+    )
     assert (fixed["exponent"], round(3.6 * fixed["reference_speed_mps"])) == (0.5, 66)
     assert round(100 * fixed["residual_sd"], 1) == 9.6
 
@@ -61,7 +65,8 @@ def tables(curves):
     yield "coded", coded.set_column(2, "radius_m", table["radius_m"].cast(pyarrow.int32()))
     duckdb = pytest.importorskip("duckdb")
     made = [f"('{d}', '{t}', {r}, {v})" for d, t, r, v in zip(*curves.values(), strict=True)]
-    yield "duckdb", duckdb.sql(f"SELECT * FROM (VALUES {','.join(made)}) t({','.join(curves)})")  # noqa: S608
+    query = f"SELECT * FROM (VALUES {','.join(made)}) t({','.join(curves)})"  # noqa: S608
+    yield "duckdb", duckdb.sql(query)
 
 
 def test_tables_of_any_library_give_the_same(curves, fit):
@@ -77,7 +82,9 @@ def test_the_fit_makes_a_study(fit):
 
 
 def test_options_and_the_base(curves, fit):
-    with pytest.warns(UserWarning, match="reference radius of 250 m lies outside|table.exponent") as warned:
+    with pytest.warns(
+        UserWarning, match="reference radius of 250 m lies outside|table.exponent"
+    ) as warned:
         narrow = ocmc.fit_curve_speed(curves, radius_range_m=(100.0, 200.0), fixed_exponent=0.4)
     warned = " ".join(str(warning.message) for warning in warned)
     assert "reference radius of 250 m lies outside" in warned
@@ -139,9 +146,11 @@ def test_files_that_cannot_be_read_are_os_errors(tmp_path):
 
 @pytest.fixture(scope="module")
 def log():
-    """Two drives at 10 m/s: straight, a left curve of 100 m, straight, a right curve of 50 m, straight."""
+    """Two drives at 10 m/s on straights, with a left curve of 100 m and a right one of 50 m."""
     time = np.arange(0.0, 80.0, 0.1)
-    rate = np.where((time > 20) & (time < 30), 0.1, 0.0) - np.where((time > 50) & (time < 56), 0.2, 0.0)
+    rate = np.where((time > 20) & (time < 30), 0.1, 0.0) - np.where(
+        (time > 50) & (time < 56), 0.2, 0.0
+    )
     return {
         "driver": ["x"] * time.size + ["y"] * time.size,
         "drive": ["1"] * time.size + ["2"] * time.size,
@@ -190,14 +199,20 @@ def test_detectors_and_radii(log):
         ({}, "no column for the speed"),
         ({"columns": {"sped_mps": "v"}}, "did you mean"),
         ({"columns": MEANING | {"speed_kmh": "w"}}, "there is no column `w`"),
-        ({"columns": MEANING, "detector": "eye"}, "allowed is one of: hidden_markov, trained, threshold"),
+        (
+            {"columns": MEANING, "detector": "eye"},
+            "allowed is one of: hidden_markov, trained, threshold",
+        ),
         ({"columns": MEANING, "radius": "wide"}, "allowed is one of: turn, mean, positions"),
         ({"columns": MEANING, "radius": "positions"}, "latitude"),
         (
             {"columns": MEANING, "steering_ratio": 0.0, "wheelbase_m": 3.0},
             "is 0: allowed is 1 to 100",
         ),
-        ({"columns": MEANING, "steering_ratio": 15.0, "wheelbase_m": np.nan}, "allowed is 0.5 to 20"),
+        (
+            {"columns": MEANING, "steering_ratio": 15.0, "wheelbase_m": np.nan},
+            "allowed is 0.5 to 20",
+        ),
         ({"columns": MEANING, "central_share": 2.0}, "central"),
         ({"columns": MEANING, "wheelbase_m": 3.6}, "belong together"),
     ],

@@ -1,4 +1,4 @@
-"""Fits of speed changes and operating cycles: the answers are the command's, whatever form the data have."""
+"""Fits of speed changes and operating cycles: the command's answers, for any form of data."""
 
 import csv
 import json
@@ -32,14 +32,19 @@ def changes():
 @pytest.mark.filterwarnings("ignore:the REML fit")  # their drivers do not differ
 def test_speed_changes_of_a_table(changes, tmp_path):
     fit = ocmc.fit_speed_change(changes)
-    for law, rows, threshold in [("acceleration", slice(40), 0.2), ("deceleration", slice(40, 80), 0.4)]:
+    for law, rows, threshold in [
+        ("acceleration", slice(40), 0.2),
+        ("deceleration", slice(40, 80), 0.4),
+    ]:
         size = np.abs(changes["acceleration_mps2"][rows])
         counted = np.log(size[size > threshold])
         assert fit[law]["n"] == counted.size
         assert abs(fit[law]["median_mps2"]) == pytest.approx(np.exp(counted.mean()), rel=1e-9)
         assert fit[law]["log_sd"] == pytest.approx(counted.std(ddof=1), rel=1e-9)
     path = write(tmp_path / "changes.csv", changes)
-    assert numbers(json.loads(command("fit", "speed-change", path, "--json").stdout)) == numbers(fit)
+    assert numbers(json.loads(command("fit", "speed-change", path, "--json").stdout)) == numbers(
+        fit
+    )
     assert command("fit", "speed-change", path).stdout == str(fit)
     assert numbers(ocmc.fit_speed_change(path)) == numbers(fit)
     assert (fit["inputs"][0]["rows"], fit["inputs"][0]["left_out"]) == (80, [])
@@ -54,7 +59,9 @@ def test_speed_changes_of_any_library(changes):
     halves = [{name: list(column[k::2]) for name, column in changes.items()} for k in (0, 1)]
     both = ocmc.fit_speed_change(halves)
     assert both["n"] == fit["n"]
-    assert both["acceleration"]["median_mps2"] == pytest.approx(fit["acceleration"]["median_mps2"], rel=1e-12)
+    assert both["acceleration"]["median_mps2"] == pytest.approx(
+        fit["acceleration"]["median_mps2"], rel=1e-12
+    )
 
 
 @pytest.mark.filterwarnings("ignore:.*rows? with the time of the row before")  # steps of no length
@@ -66,14 +73,18 @@ def test_speed_changes_of_logs(study, tmp_path):
     assert fit["n"] > 5
     paths = [write(tmp_path / f"log-{k}.csv", trace.to_dict()) for k, trace in enumerate(traces)]
     assert numbers(ocmc.fit_speed_change(paths)) == numbers(fit)
-    assert numbers(json.loads(command("fit", "speed-change", *paths, "--json").stdout)) == numbers(fit)
+    assert numbers(json.loads(command("fit", "speed-change", *paths, "--json").stdout)) == numbers(
+        fit
+    )
     time_s = traces[0].to_dict()["time_s"]
     assert fit["inputs"][0]["extent"]["duration_s"] == pytest.approx(time_s[-1] - time_s[0])
     # a mean over less time
     sharp = ocmc.fit_speed_change(traces, window_s=1.0)
     assert sharp["deceleration"]["median_mps2"] < fit["deceleration"]["median_mps2"]
     kmh = [{"t": t["time_s"], "v": 3.6 * t["speed_mps"], "l": 3.6 * t["limit_mps"]} for t in traces]
-    renamed = ocmc.fit_speed_change(kmh, columns={"time_s": "t", "speed_kmh": "v", "limit_kmh": "l"})
+    renamed = ocmc.fit_speed_change(
+        kmh, columns={"time_s": "t", "speed_kmh": "v", "limit_kmh": "l"}
+    )
     assert (renamed["n"], renamed["dropped"]) == (fit["n"], fit["dropped"])
 
 
@@ -83,7 +94,9 @@ def test_speed_changes_make_a_study(changes):
     only_up = {name: column[:40] for name, column in changes.items()}
     with pytest.warns(UserWarning, match="no deceleration was measured"):
         fit = ocmc.fit_speed_change(only_up, base=base)
-    law = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"]).to_dict()["driver"]["speed_change"]
+    law = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"]).to_dict()["driver"][
+        "speed_change"
+    ]
     assert law["rise"] == "paper"
     # drivers who do not differ have one number, not a law
     assert law["acceleration_mps2"] == pytest.approx(fit["acceleration"]["median_mps2"], rel=1e-6)
@@ -93,8 +106,18 @@ def test_speed_changes_make_a_study(changes):
 @pytest.mark.parametrize(
     ("table", "options", "error", "part"),
     [
-        ({"acceleration_mps2": [0.01, -0.01]}, {}, ValueError, "`table`: no speed change is left of 2"),
-        ({"acceleration_mps2": ["fast"]}, {}, ValueError, "`table`, row 1, .*`fast`; allowed is a number"),
+        (
+            {"acceleration_mps2": [0.01, -0.01]},
+            {},
+            ValueError,
+            "`table`: no speed change is left of 2",
+        ),
+        (
+            {"acceleration_mps2": ["fast"]},
+            {},
+            ValueError,
+            "`table`, row 1, .*`fast`; allowed is a number",
+        ),
         ({"acceleration": [1.0]}, {}, ValueError, "neither a table of speed changes"),
         ({"acceleration_mps2": [1.0]}, {"window_s": -1.0}, ValueError, "window"),
         ({"acceleration_mps2": [1.0]}, {"columns": {"sped_mps": "v"}}, ValueError, "did you mean"),
@@ -121,7 +144,9 @@ def test_roads_are_fitted_as_by_the_command(roads, tmp_path):
     assert (fit["cycles"], fit["length_m"]) == (12, 12 * 30_000.0)
     paths = [tmp_path / f"road-{k}.json" for k in range(12)]
     for k, path in enumerate(paths):
-        made = command("cycle", "--set", "mission.length_m=30000", "--cycle-id", str(k), "--out", path)
+        made = command(
+            "cycle", "--set", "mission.length_m=30000", "--cycle-id", str(k), "--out", path
+        )
         assert made.returncode == 0, made.stderr
     assert numbers(ocmc.fit_operating_cycle(paths)) == numbers(fit)
     done = command("fit", "operating-cycle", *paths, "--json")
@@ -164,9 +189,15 @@ def test_roads_of_logs_are_fitted_as_by_the_command(tmp_path):
     traces = [study.trace(k) for k in range(3, 6)]
     fit = ocmc.fit_operating_cycle(traces, road_type="rural")
     assert (fit["cycles"], [road["road_type"] for road in fit["types"]]) == (3, ["rural"])
-    assert (fit["told"]["signs"], fit["told"]["events"], fit["told"]["slopes"]) == (True, False, True)
+    assert (fit["told"]["signs"], fit["told"]["events"], fit["told"]["slopes"]) == (
+        True,
+        False,
+        True,
+    )
     assert fit["told"]["curves"]["within"]["radius_m"] == [20.0, 500.0]
-    assert any("a standstill alone does not tell a sign from a queue" in text for text in fit["warnings"])
+    assert any(
+        "a standstill alone does not tell a sign from a queue" in text for text in fit["warnings"]
+    )
     assert fit["birds_eye"]["stops_per_km"] > 0
     paths = [tmp_path / f"{k}.csv" for k in range(3)]
     for k, path in enumerate(paths):
@@ -227,7 +258,9 @@ def test_times_in_utc_need_the_zone_of_the_place():
     del utc["time_s"]
     fitted = ocmc.fit_weather(utc, utc_offset_h=2)["study"]["weather"]["temperature"]
     assert fitted["mean_k"] == pytest.approx(local["mean_k"], abs=0.05)
-    assert fitted["summer_daily_amplitude_k"] == pytest.approx(local["summer_daily_amplitude_k"], abs=0.05)
+    assert fitted["summer_daily_amplitude_k"] == pytest.approx(
+        local["summer_daily_amplitude_k"], abs=0.05
+    )
     with pytest.raises(ValueError, match=r"row 1.*UTC.*utc_offset_h"):
         ocmc.fit_weather(utc)
     with pytest.raises(ValueError, match="`utc_offset_h` is 99, allowed are hours from -12 to 14"):
@@ -249,7 +282,9 @@ def test_traffic_is_fitted_as_by_the_command(tmp_path):
     table = {"time_s": time, "road_type": ["rural"] * time.size, "density_share": 0.1 * ripple}
     fit = ocmc.fit_traffic(table)
     assert fit["n"] == time.size
-    assert fit["study"]["traffic"]["types"]["rural"]["off_peak_share"] == pytest.approx(0.1, abs=1e-3)
+    assert fit["study"]["traffic"]["types"]["rural"]["off_peak_share"] == pytest.approx(
+        0.1, abs=1e-3
+    )
     path = tmp_path / "traffic.csv"
     write(path, table)
     done = command("fit", "traffic", path, "--json")
@@ -268,13 +303,20 @@ def records():
     return {
         "truck_id": truck.tolist(),
         "driver_id": driver.tolist(),
-        "consumption_l_per_100km": (trucks[truck] + drivers[driver] + 2 * draw.normal(size=320)).tolist(),
+        "consumption_l_per_100km": (
+            trucks[truck] + drivers[driver] + 2 * draw.normal(size=320)
+        ).tolist(),
     }
 
 
 def test_a_fleet_is_fitted_as_by_the_command(records, tmp_path):
     fit = ocmc.fit_fleet(records)
-    assert (fit["n"], fit["trucks"], fit["drivers"], fit["design"]) == (320, 8, 16, "drivers_in_trucks")
+    assert (fit["n"], fit["trucks"], fit["drivers"], fit["design"]) == (
+        320,
+        8,
+        16,
+        "drivers_in_trucks",
+    )
     # balanced: the analysis of variance
     value = np.array(records["consumption_l_per_100km"]).reshape(8, 2, 20)
     trips = value.var(axis=2, ddof=1).mean()

@@ -19,14 +19,16 @@ COMMAND = Path(sys.executable).with_name("ocmc")
 
 
 def answer(*arguments):
-    done = subprocess.run([COMMAND, *arguments, "--json"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [COMMAND, *arguments, "--json"], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
 def curves(request, tmp_path_factory):
-    """Unbalanced two-way data: drivers with 5 to 60 curves, more left ones, radii that go with the driver."""
+    """Unbalanced data: drivers with 5 to 60 curves, more left ones, radii by the driver."""
     random = np.random.default_rng(request.param)
     counts = random.integers(5, 60, 12)
     driver = np.repeat(np.arange(12), counts)
@@ -93,7 +95,9 @@ def test_parameters_and_their_errors(curves):
     assert estimated["exponent"] == pytest.approx(model.params["x"], rel=1e-10)
     assert estimated["exponent_standard_error"] == pytest.approx(model.bse["x"], rel=1e-9)
     assert estimated["exponent_ci95"] == pytest.approx(list(model.conf_int().loc["x"]), rel=1e-8)
-    assert np.log(estimated["reference_speed_mps"]) == pytest.approx(model.params["Intercept"], rel=1e-10)
+    assert np.log(estimated["reference_speed_mps"]) == pytest.approx(
+        model.params["Intercept"], rel=1e-10
+    )
     error = by_driver(model.model.exog, frame, list(model.params.index).index("x"))
     assert estimated["exponent_clustered_standard_error"] == pytest.approx(error, rel=1e-8)
     fixed = smf.ols("I(y - 0.5 * x) ~ C(driver, Sum) + C(direction, Sum)", frame).fit()

@@ -36,7 +36,9 @@ def test_a_comparison_is_paired(study, loaded, run):
 
 def test_the_two_of_a_comparison_are_called_as_asked(study, tmp_path):
     other = study.set("mission.payload_kg", 20_000)
-    answer = ocmc.compare(study, other, cycles=30, names=["empty", "full"], out=tmp_path / "compared")
+    answer = ocmc.compare(
+        study, other, cycles=30, names=["empty", "full"], out=tmp_path / "compared"
+    )
     assert (answer["study_a"], answer["study_b"]) == ("empty", "full")
     assert answer["difference"] == ocmc.compare(study, other, cycles=30)["difference"]
     for shown in [str(answer), (tmp_path / "compared" / "report.html").read_text(encoding="utf-8")]:
@@ -99,7 +101,11 @@ def test_the_costs_are_the_command_s(study):
     assert printed["total"] == answer["total"]
     assert printed["inputs"] == answer["inputs"]
     assert [item["item"] for item in answer["items"]] == ["fuel", "driver"]
-    assert answer["spread"]["per_km"]["p5"] < answer["total"]["per_km"] < answer["spread"]["per_km"]["p95"]
+    assert (
+        answer["spread"]["per_km"]["p5"]
+        < answer["total"]["per_km"]
+        < answer["spread"]["per_km"]["p95"]
+    )
     assert "truck-year" in str(answer)
 
 
@@ -121,11 +127,16 @@ DRAG, PAYLOAD = "vehicle.drag_area_m2.median", "mission.payload_kg"
 def test_a_sweep_is_the_command_s_and_a_comparison_of_two(study, tmp_path):
     answer = study.sweep({DRAG: [5.5, 4.5], PAYLOAD: [0, 9000]}, cycles=40, seed=3)
     sets = ["--set", f"{DRAG}=5.5,4.5", "--set", f"{PAYLOAD}=0,9000"]
-    printed = json.loads(command("sweep", *SHORT, *sets, "--cycles", "40", "--seed", "3", "--json").stdout)
+    printed = json.loads(
+        command("sweep", *SHORT, *sets, "--cycles", "40", "--seed", "3", "--json").stdout
+    )
     assert printed["points"] == answer["points"]
     assert set(printed) == set(answer)
     two = ocmc.compare(
-        study.set(DRAG, 5.5).set(PAYLOAD, 0), study.set(DRAG, 4.5).set(PAYLOAD, 9000), cycles=40, seed=3
+        study.set(DRAG, 5.5).set(PAYLOAD, 0),
+        study.set(DRAG, 4.5).set(PAYLOAD, 9000),
+        cycles=40,
+        seed=3,
     )
     last = answer["points"][3]
     assert last["values"] == {DRAG: 4.5, PAYLOAD: 9000}
@@ -135,7 +146,8 @@ def test_a_sweep_is_the_command_s_and_a_comparison_of_two(study, tmp_path):
     rows = [{DRAG: drag, PAYLOAD: payload} for drag in (5.5, 4.5) for payload in (0, 9000)]
     file = tmp_path / "points.csv"
     file.write_text(
-        f"{DRAG},{PAYLOAD}\n" + "".join(f"{row[DRAG]},{row[PAYLOAD]}\n" for row in rows), encoding="utf-8"
+        f"{DRAG},{PAYLOAD}\n" + "".join(f"{row[DRAG]},{row[PAYLOAD]}\n" for row in rows),
+        encoding="utf-8",
     )
     for points in (rows, file):
         assert study.sweep(points, cycles=40, seed=3)["points"] == answer["points"]
@@ -145,7 +157,9 @@ def test_a_sweep_of_words_of_what_is_missing_and_of_data_frames(study):
     pandas = pytest.importorskip("pandas")
     pytest.importorskip("pyarrow")
     vehicles = ["tractor-40t", "rigid-12t"]
-    answer = study.sweep({"vehicle.base": vehicles, "study.name": "short"}, cycles=10, against="base")
+    answer = study.sweep(
+        {"vehicle.base": vehicles, "study.name": "short"}, cycles=10, against="base"
+    )
     assert answer["study"] == "short"
     assert answer["base"]["mean"] == answer["points"][0]["mean"]
     assert answer["points"][0]["difference"] == 0.0
@@ -172,7 +186,11 @@ def test_a_sweep_of_words_of_what_is_missing_and_of_data_frames(study):
         ({DRAG: [5.5, 5.5]}, ValueError, "the same study as point 1 of 2"),
         ({"vehicle.mas": [1, 2]}, ValueError, "is not a key of a study"),
         ({DRAG: [float("nan"), 5.0]}, ValueError, "allowed is a finite number"),
-        ({"mission.length_m": itertools.count(5000)}, ValueError, "1001 points, allowed are at most 1000"),
+        (
+            {"mission.length_m": itertools.count(5000)},
+            ValueError,
+            "1001 points, allowed are at most 1000",
+        ),
     ],
 )
 def test_what_cannot_be_swept_is_said(study, points, kind, message):
@@ -219,7 +237,16 @@ def test_the_report_is_the_command_s(run, tmp_path):
 def test_the_range_is_the_command_s():
     key, value = "vehicle.powertrain.battery_electric.battery.capacity_j", 1.8e8
     answer = ocmc.Study("battery-truck").set(key, value).range(cycles=32, seed=5)
-    options = ["--study", "battery-truck", "--set", f"{key}={value}", "--cycles", "32", "--seed", "5"]
+    options = [
+        "--study",
+        "battery-truck",
+        "--set",
+        f"{key}={value}",
+        "--cycles",
+        "32",
+        "--seed",
+        "5",
+    ]
     printed = json.loads(command("range", *options, "--json", "--quiet").stdout)
     assert answer == printed | {"source": answer["source"]}
     with pytest.raises(ValueError, match="has no battery"):
@@ -230,7 +257,16 @@ def test_the_size_is_the_command_s():
     key, value = "mission.length_m", 20_000.0
     study = ocmc.Study("battery-truck").set(key, value)
     answer = study.size(cycles=32, seed=5, arrive=[0.5, 0.9])
-    options = ["--study", "battery-truck", "--set", f"{key}={value}", "--cycles", "32", "--seed", "5"]
+    options = [
+        "--study",
+        "battery-truck",
+        "--set",
+        f"{key}={value}",
+        "--cycles",
+        "32",
+        "--seed",
+        "5",
+    ]
     shares = ["--arrive", "50%", "--arrive", "90%"]
     printed = json.loads(command("size", *options, *shares, "--json", "--quiet").stdout)
     assert answer == printed | {"source": answer["source"]}

@@ -35,7 +35,9 @@ def test_pandas_takes_a_run_as_rows_with_all_columns(run):
             if run[name].dtype.kind == "U":
                 assert frame[name].fillna("").tolist() == run[name].tolist()
             else:
-                np.testing.assert_array_equal(frame[name].to_numpy(np.float64, na_value=np.nan), run[name])
+                np.testing.assert_array_equal(
+                    frame[name].to_numpy(np.float64, na_value=np.nan), run[name]
+                )
     some = pandas.DataFrame(run, columns=["fuel_kg", "outcome"])
     assert some["fuel_kg"].tolist() == run["fuel_kg"].tolist()
 
@@ -43,7 +45,11 @@ def test_pandas_takes_a_run_as_rows_with_all_columns(run):
 def test_words_that_are_missing_are_missing_in_a_frame(study):
     pandas = pytest.importorskip("pandas")
     table = study.operating_cycle(3).to_table()
-    for frame in [pandas.DataFrame(table), pandas.DataFrame(study.operating_cycle(3)), table.to_pandas()]:
+    for frame in [
+        pandas.DataFrame(table),
+        pandas.DataFrame(study.operating_cycle(3)),
+        table.to_pandas(),
+    ]:
         assert frame["name"].isna().tolist() == (table["name"] == "").tolist()
         assert 0 < frame["name"].isna().sum() < len(table)
 
@@ -84,8 +90,12 @@ for made in [run.to_pandas, run.records.to_pandas, run.to_polars, run.records.to
     except ModuleNotFoundError as error:
         print(error)
 """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    [pandas, polars] = [f"to_{name} needs {name}: pip install {name}" for name in ["pandas", "polars"]]
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    [pandas, polars] = [
+        f"to_{name} needs {name}: pip install {name}" for name in ["pandas", "polars"]
+    ]
     assert done.stdout.splitlines() == [pandas, pandas, polars, polars]
 
 
@@ -101,7 +111,9 @@ def test_pandas_alone_is_enough(monkeypatch, run):
 def driven(tmp_path_factory):
     """The route as a file."""
     path = tmp_path_factory.mktemp("route") / "route.csv"
-    cells = [["" if str(cell) == "nan" else str(cell) for cell in column] for column in ROUTE.values()]
+    cells = [
+        ["" if str(cell) == "nan" else str(cell) for cell in column] for column in ROUTE.values()
+    ]
     path.write_text("\n".join(map(",".join, [list(ROUTE), *zip(*cells, strict=True)])))
     return ocmc.Study("field-truck").drive(path, cycles=20, seed=3)
 
@@ -155,7 +167,7 @@ BEGIN = dt.datetime(2024, 3, 31, 1, 58, tzinfo=zoneinfo.ZoneInfo("Europe/Berlin"
 
 @pytest.mark.parametrize("zone", [None, "UTC", "Europe/Berlin"])
 def test_columns_of_dates_are_times(zone):
-    """Seconds since the first row, over the change to summer time, as every library has its dates."""
+    """Seconds since the first row, over the change to summer time, by each library's dates."""
     truck = ocmc.Study("field-truck-loaded")
     wanted = truck.drive(SPEED, cycles=3, follow_speed="exact")
     at = [BEGIN.astimezone(dt.UTC) + dt.timedelta(seconds=second) for second in SPEED["time_s"]]
@@ -163,7 +175,13 @@ def test_columns_of_dates_are_times(zone):
     at = [time.astimezone(place) if place else time.replace(tzinfo=None) for time in at]
     rest = {name: column for name, column in SPEED.items() if name != "time_s"}
     pandas, polars, pa = (pytest.importorskip(name) for name in ["pandas", "polars", "pyarrow"])
-    columns = [at, pandas.Series(at), polars.Series(at), pa.array(at), pandas.Series(at, dtype=object)]
+    columns = [
+        at,
+        pandas.Series(at),
+        polars.Series(at),
+        pa.array(at),
+        pandas.Series(at, dtype=object),
+    ]
     if zone is None:
         columns += [np.array(at, dtype=f"datetime64[{unit}]") for unit in ["s", "ms", "us", "ns"]]
     for time in columns:

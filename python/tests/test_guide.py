@@ -82,7 +82,9 @@ def page_of(folder, name, article):
 
 
 def test_the_check_finds_what_leads_nowhere(tmp_path):
-    page_of(tmp_path, "a.html", '<h1 id="one">One</h1><a href="b.html#two">b</a><a href="#one">c</a>')
+    page_of(
+        tmp_path, "a.html", '<h1 id="one">One</h1><a href="b.html#two">b</a><a href="#one">c</a>'
+    )
     page_of(
         tmp_path,
         "b.html",
@@ -143,7 +145,13 @@ def test_the_check_finds_what_is_cut(tmp_path):
     found = layout.faults(program, pages.pages_of(tmp_path))
     assert {path.name for path, _ in found} == {"cut.html"}
     told = " | ".join(fault for _, fault in found)
-    for part in ["at 1280 px: cut by", "not typeset", "not drawn", "font lost", "at 360 px: the page is"]:
+    for part in [
+        "at 1280 px: cut by",
+        "not typeset",
+        "not drawn",
+        "font lost",
+        "at 360 px: the page is",
+    ]:
         assert part in told
 
 
@@ -156,7 +164,9 @@ def figures():
 
 
 def test_each_figure_is_there_small_and_shown(figures):
-    text = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs" / "src").rglob("*.md"))
+    text = "".join(
+        page.read_text(encoding="utf-8") for page in (ROOT / "docs" / "src").rglob("*.md")
+    )
     files = {path.stem: path for path in (ROOT / "docs" / "src" / "figures").glob("*.svg")}
     drawn = {name: path for name, path in files.items() if not name.startswith("gallery-")}
     assert set(drawn) == set(figures.FIGURES), "python3 scripts/figures/draw.py"

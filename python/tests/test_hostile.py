@@ -1,4 +1,4 @@
-"""No input makes the engine panic: whatever is given, the answer is a result or an ordinary exception."""
+"""Hostile inputs: the engine never panics, but gives a result or an ordinary exception."""
 
 import pickle
 
@@ -79,7 +79,14 @@ TABLES = [
 ]
 LOGS = [
     {"time_s": time, "speed_mps": speed, "yaw_rate_radps": rate}
-    for time in [[0.0] * N, [1e308, -1e308] * 6, np.arange(N), -np.arange(N), [5e-324] * N, [0, 1e300] * 6]
+    for time in [
+        [0.0] * N,
+        [1e308, -1e308] * 6,
+        np.arange(N),
+        -np.arange(N),
+        [5e-324] * N,
+        [0, 1e300] * 6,
+    ]
     for speed in [[1e308] * N, [np.nan] * N, [-1.0] * N, [10.0] * N]
     for rate in [[1e308] * N, [0.0] * N, [np.inf] * N, np.linspace(-9, 9, N)]
 ]
@@ -87,7 +94,12 @@ PEDALS = {"time_s": np.arange(40) / 2, "speed_mps": [20.0] * 40, "accelerator": 
     "brake": [0.0] * 40,
     "grade": [0.0] * 40,
 }
-WITH_PEDALS = {"accelerator": [0.5] * N, "brake": [0.0] * N, "grade": [0.01] * N, "event": ["x"] * N}
+WITH_PEDALS = {
+    "accelerator": [0.5] * N,
+    "brake": [0.0] * N,
+    "grade": [0.01] * N,
+    "event": ["x"] * N,
+}
 SPEEDS = [
     {"time_s": time, "speed_mps": speed, "grade": grade}
     for time in [[0.0] * N, [1e308, -1e308] * 6, np.arange(N), [5e-324] * N, np.arange(N) * 1e300]
@@ -97,7 +109,7 @@ SPEEDS = [
 
 
 def tried(call, *arguments, **options):
-    """Call it: a result or an ordinary exception will do, a panic (which is no Exception) will not."""
+    """Call it: a result or an ordinary exception will do, a panic (no Exception) will not."""
     try:
         return call(*arguments, **options)
     except ORDINARY:
@@ -143,7 +155,14 @@ def test_hostile_arguments(study, run, value, tmp_path, monkeypatch):
     for name in ["significance", "limit_share", "coding"]:
         tried(ocmc.fit_curve_speed, good, **{name: value})
     log = {"time_s": np.arange(20.0), "speed_mps": [10.0] * 20, "yaw_rate_radps": [0.1] * 20}
-    for name in ["columns", "detector", "radius", "central_share", "split_ratio", "gyro_bias_radps"]:
+    for name in [
+        "columns",
+        "detector",
+        "radius",
+        "central_share",
+        "split_ratio",
+        "gyro_bias_radps",
+    ]:
         tried(ocmc.detect_curves, log, **{name: value})
     for name in ["speed_lag_s", "steering_ratio", "wheelbase_m"]:
         tried(ocmc.detect_curves, log, **{name: value})
@@ -183,9 +202,16 @@ def test_hostile_arguments_of_fits_and_drives(study, value, tmp_path, monkeypatc
         tried(ocmc.identify, pedals, study, starts=1, intervals=False, **{name: value})
     if value is not True:
         tried(ocmc.identify, PEDALS, study, starts=value, intervals=value)
-    for options in [{}, {"follow_speed": "exact"}, {"follow_speed": "driver"}, {"follow_speed": value}]:
+    for options in [
+        {},
+        {"follow_speed": "exact"},
+        {"follow_speed": "driver"},
+        {"follow_speed": value},
+    ]:
         tried(study.drive, value, cycles=1, **options)
-    tried(study.drive, {"time_s": [0.0, 9.0], "speed_mps": [0.0, 9.0]}, cycles=1, follow_speed=value)
+    tried(
+        study.drive, {"time_s": [0.0, 9.0], "speed_mps": [0.0, 9.0]}, cycles=1, follow_speed=value
+    )
     tried(study.drive, {"time_s": value, "speed_mps": value}, cycles=1, follow_speed="exact")
 
 
@@ -199,21 +225,33 @@ def test_hostile_tables():
         for detector in ["hidden_markov", "trained", "threshold"]:
             tried(ocmc.detect_curves, log, detector=detector)
     for log in LOGS:
-        tried(ocmc.identify, log | WITH_PEDALS, ocmc.Study("field-truck"), starts=1, intervals=False)
+        tried(
+            ocmc.identify, log | WITH_PEDALS, ocmc.Study("field-truck"), starts=1, intervals=False
+        )
         tried(ocmc.fit_speed_change, log | {"limit_mps": log["speed_mps"]})
-        tried(ocmc.fit_operating_cycle, log | {"limit_mps": log["speed_mps"], "altitude_m": log["speed_mps"]})
+        tried(
+            ocmc.fit_operating_cycle,
+            log | {"limit_mps": log["speed_mps"], "altitude_m": log["speed_mps"]},
+        )
         tried(ocmc.fit_operating_cycle, log | {"grade": log["speed_mps"]}, road_type="rural")
         tried(ocmc.fit_speed_change, {"acceleration_mps2": log["speed_mps"]})
     study = ocmc.Study("field-truck").set("mission.length_m", 2000)
     for speed in SPEEDS:
         for follow in ["exact", "driver"]:
             tried(study.drive, speed, cycles=1, threads=1, follow_speed=follow)
-    odd = [pa.table({}), pa.table({"a": pa.array([], pa.null())}), pa.table([pa.array([[1]])], ["driver"])]
+    odd = [
+        pa.table({}),
+        pa.table({"a": pa.array([], pa.null())}),
+        pa.table([pa.array([[1]])], ["driver"]),
+    ]
     odd += [
         pa.table({"driver": [None] * 3, "radius_m": [None] * 3, "speed_mps": [None] * 3}),
         pa.array([1.0]),
     ]
-    odd += [pa.table([[1.0]] * 3, ["radius_m"] * 3), pa.table({"radius_m": pa.array([1], pa.timestamp("s"))})]
+    odd += [
+        pa.table([[1.0]] * 3, ["radius_m"] * 3),
+        pa.table({"radius_m": pa.array([1], pa.timestamp("s"))}),
+    ]
     for table in odd:
         for call in [
             ocmc.fit_curve_speed,
@@ -238,5 +276,7 @@ def test_broken_pickles(run):
         except Exception:  # noqa: BLE001, S112 (whatever pickle says, but no panic)
             continue
         if isinstance(other, ocmc.Run):
-            same = all((other[name] == run[name]).all() for name in ("cycle_id", "fuel_kg", "outcome"))
+            same = all(
+                (other[name] == run[name]).all() for name in ("cycle_id", "fuel_kg", "outcome")
+            )
             assert same, "what is read back is what was written"

@@ -54,13 +54,17 @@ def test_the_command_gives_the_same_answer(log, simulator, answer, tmp_path):
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(log[0])
-        rows.writerows(zip(*(np.asarray(column).tolist() for column in log[0].values()), strict=True))
+        rows.writerows(
+            zip(*(np.asarray(column).tolist() for column in log[0].values()), strict=True)
+        )
     options = ["--starts", "2", "--no-intervals", "--speed-term", "none"]
     printed = json.loads(command("identify", path, *options, "--json").stdout)
     assert command("identify", path, *options).stdout == str(answer)
     assert ocmc.identify(path, simulator, **QUICK) == printed
     assert [note.replace(str(path), "logs") for note in printed.pop("notes")] == answer["notes"]
-    assert numbers(printed) == {key: value for key, value in numbers(answer).items() if key != "notes"}
+    assert numbers(printed) == {
+        key: value for key, value in numbers(answer).items() if key != "notes"
+    }
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +85,9 @@ def test_tables_of_any_library_give_the_same(part, simulator):
     again = ocmc.identify(percent, simulator, columns={"accelerator_percent": "pedal"}, **options)
     assert again["fits"][0]["kp"] == pytest.approx(answer["fits"][0]["kp"], rel=1e-3)
     calls = []
-    twice = ocmc.identify([part, part], simulator, **options, progress=lambda *done: calls.append(done))
+    twice = ocmc.identify(
+        [part, part], simulator, **options, progress=lambda *done: calls.append(done)
+    )
     assert [fit["kp"] for fit in twice["fits"]] == [answer["fits"][0]["kp"]] * 2
     assert calls[-1] == (2, 2)
 

@@ -31,7 +31,9 @@ def test_the_curves_hold_what_meters_counted(charged):
         below = np.asarray(table["mean_power_w"])[own].sum() * 900.0 * 365.0
         counted = np.nansum(charged[f"grid_energy_{place}_j"])
         assert below == pytest.approx(counted, rel=1e-9)
-        of_events = np.asarray(chargings["grid_energy_j"])[np.asarray(chargings["place"]) == place].sum()
+        of_events = np.asarray(chargings["grid_energy_j"])[
+            np.asarray(chargings["place"]) == place
+        ].sum()
         assert of_events == pytest.approx(counted, rel=1e-9)
     assert sorted(set(places)) == ["depot", "public"]
     stops = np.asarray(chargings["place"]) != "depot"
@@ -42,7 +44,10 @@ def test_the_curves_hold_what_meters_counted(charged):
 def test_runs_keep_them(charged, tmp_path):
     charged.save(tmp_path / "a")
     again = ocmc.load(tmp_path / "a")
-    for table, other in [(charged.loads(), again.loads()), (charged.chargings(), again.chargings())]:
+    for table, other in [
+        (charged.loads(), again.loads()),
+        (charged.chargings(), again.chargings()),
+    ]:
         for name in table.columns:
             assert np.array_equal(table[name], other[name]), name
     parquet = pytest.importorskip("pyarrow.parquet")
@@ -101,7 +106,9 @@ def test_the_picture_of_winter_and_summer():
 
 def test_the_battery_for_a_season():
     study = ocmc.Study("battery-truck").set("mission.length_m", 20e3)
-    winter, summer = (study.size(cycles=120, arrive=0.9, season=season) for season in ("winter", "summer"))
+    winter, summer = (
+        study.size(cycles=120, arrive=0.9, season=season) for season in ("winter", "summer")
+    )
     assert winter["season"] == "winter"
     assert 10 < winter["trips"] < 60
     assert winter["sizes"][0]["capacity_j"] > summer["sizes"][0]["capacity_j"]

@@ -36,7 +36,12 @@ def answer(*edges):
         begin = len(places) - 1
         places += [(places[-1][0] + STEP * (i + 1), 25.0) for i in range(pieces)]
         made.append(
-            {"id": k, "begin_shape_index": begin, "end_shape_index": len(places) - 1, "road_class": "primary"}
+            {
+                "id": k,
+                "begin_shape_index": begin,
+                "end_shape_index": len(places) - 1,
+                "road_class": "primary",
+            }
             | edge
         )
     points = [{"type": "matched"}, {"type": "interpolated"}, {"type": "unmatched"}]
@@ -57,14 +62,29 @@ def test_limits_types_and_objects_begin_where_their_edges_do():
     columns, account = found(
         (2, {"speed_limit": 50, "traffic_signal": True}),
         (1, {"speed_limit": 80}),
-        (1, {"speed_limit": "unlimited", "road_class": "motorway", "end_node": {"traffic_signal": True}}),
+        (
+            1,
+            {
+                "speed_limit": "unlimited",
+                "road_class": "motorway",
+                "end_node": {"traffic_signal": True},
+            },
+        ),
         (1, {"speed_limit": 100, "road_class": "trunk"}),
         (1, {"speed_limit": 30, "road_class": "residential"}),
         signs={1: "give_way", 4: "stop_sign"},
     )
     assert columns["lat"] == pytest.approx([60.0 + STEP * k for k in range(7)])
     assert columns["speed_limit_kmh"] == [50, 50, 80, 130, 100, 30, 30]
-    assert columns["road_type"] == ["urban", "urban", "rural", "motorway", "motorway", "urban", "urban"]
+    assert columns["road_type"] == [
+        "urban",
+        "urban",
+        "rural",
+        "motorway",
+        "motorway",
+        "urban",
+        "urban",
+    ]
     # where the track ends nothing is met
     assert columns["map_object"] == ["", "", "traffic_light", "give_way", "traffic_light", "", ""]
     assert "0.67 km" in account[0]
@@ -92,7 +112,13 @@ def test_limits_are_left_out_where_a_gap_is_long():
 def test_lights_of_one_crossing_are_one():
     light = {"speed_limit": 50, "traffic_signal": True}
     case = answer((1, light), (1, light), (1, light), (1, {"speed_limit": 50}))
-    places = [60.0, 60.001, 60.0013, 60.002, 60.003]  # the second 33 m behind the first, the third 111 m
+    places = [
+        60.0,
+        60.001,
+        60.0013,
+        60.002,
+        60.003,
+    ]  # the second 33 m behind the first, the third 111 m
     case["shape"] = polyline([(lat, 25.0) for lat in places])
     columns, account = _matched.found(case, {}, 500.0, np.inf)
     assert columns["map_object"] == ["", "traffic_light", "", "traffic_light", ""]
@@ -103,7 +129,9 @@ def test_lights_of_one_crossing_are_one():
 def test_a_way_that_the_map_lacks_and_a_ferry_are_refused_with_their_place():
     case = answer((1, {}), (3, {}))
     case["edges"][1]["begin_shape_index"] = 3
-    with pytest.raises(ValueError, match=r"60\.00100, 25\.00000: .* to 60\.00300, 25\.00000, 222 m .* Cut"):
+    with pytest.raises(
+        ValueError, match=r"60\.00100, 25\.00000: .* to 60\.00300, 25\.00000, 222 m .* Cut"
+    ):
         _matched.found(case, {}, 500.0, np.inf)
     case["edges"][1]["begin_shape_index"] = 2
     assert "0.11 km of it straight" in _matched.found(case, {}, 500.0, np.inf)[1][0]
@@ -134,7 +162,7 @@ def config(tmp_path):
 
 
 class Actor:
-    """What Valhalla answers."""
+    """Stand-in for Valhalla's answers."""
 
     given = None
 
@@ -176,7 +204,10 @@ def test_the_table_is_a_route_that_is_driven(valhalla, config, tmp_path):
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == ["lat", "lon", "speed_limit_kmh", "road_type", "map_object"]
-    assert [row["map_object"] for row in rows if row["map_object"]] == ["traffic_light", "stop_sign"]
+    assert [row["map_object"] for row in rows if row["map_object"]] == [
+        "traffic_light",
+        "stop_sign",
+    ]
     run = ocmc.Study("field-truck").drive(path, cycles=20, draw=["stops", "hills"])
     assert run["distance_m"] == pytest.approx(27 * 111.2, rel=1e-3)
 
@@ -194,7 +225,9 @@ def test_messages_say_where_what_and_what_to_do(config):
     settings = json.loads(config.read_text())
     settings["mjolnir"]["tile_url"] = "tiles.invalid/{tilePath}"
     config.write_text(json.dumps(settings))
-    with pytest.raises(ValueError, match=r"valhalla\.json: mjolnir\.tile_url loads tiles from the web"):
+    with pytest.raises(
+        ValueError, match=r"valhalla\.json: mjolnir\.tile_url loads tiles from the web"
+    ):
         ocmc.map.route(TRACK, config)
     config.write_text("{}")
     with pytest.raises(ValueError, match="valhalla_build_config makes one"):
@@ -215,7 +248,8 @@ def test_a_missing_extra_is_named(monkeypatch, config, valhalla):
 
 def test_altitudes_are_linear_between_cells_and_straight_on_bridges(valhalla, config, tmp_path):
     rasterio = pytest.importorskip("rasterio")
-    # cells of 0.001 degrees: a plane in the south, a valley for the bridge, and another file in the north
+    # cells of 0.001 degrees: a plane in the south, a valley for the bridge, and another file in the
+    # north
     bridge = {"speed_limit": 50, "bridge": True}
     valhalla.Actor.given = answer((5, {"speed_limit": 50}), (2, bridge), (5, {"speed_limit": 50}))
     files = [tmp_path / "south.tif", tmp_path / "north.tif"]

@@ -44,6 +44,8 @@ def test_the_cost_of_trucks():
     study = ocmc.Study({key: FLEET[key] for key in ("study", "mission", "cost")})
     answer = study.cost(trucks=5, trips=4, seed=3, progress=False)
     assert answer["fleet"]["trucks"] == 5
-    assert answer["total"]["all_trips"] == pytest.approx(answer["fleet"]["cost"]["total"], rel=1e-12)
+    assert answer["total"]["all_trips"] == pytest.approx(
+        answer["fleet"]["cost"]["total"], rel=1e-12
+    )
     with pytest.raises(ValueError, match="not both"):
         study.cost(cycles=5, trucks=2)

@@ -11,7 +11,9 @@ PARTS = {"dask": "distributed", "plot": "matplotlib"}
 
 
 def printed(script):
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     return done.stdout
 
@@ -44,4 +46,12 @@ def test_importing_it_imports_no_library_of_tables():
     script = "import sys, ocmc; print(*sys.modules)"
     loaded = set(printed(script).split())
     assert "ocmc._ocmc" in loaded
-    assert not loaded & {"pandas", "polars", "pyarrow", "duckdb", "dask", "distributed", "matplotlib"}
+    assert not loaded & {
+        "pandas",
+        "polars",
+        "pyarrow",
+        "duckdb",
+        "dask",
+        "distributed",
+        "matplotlib",
+    }

@@ -33,13 +33,17 @@ PLACES = """
 def lines_of(picture):
     """Text, left edge and base of each line that is not empty."""
     texts = ET.parse(picture).iter("{http://www.w3.org/2000/svg}text")  # noqa: S314 (our own)
-    found = [("".join(text.itertext()), float(text.get("x")), float(text.get("y"))) for text in texts]
+    found = [
+        ("".join(text.itertext()), float(text.get("x")), float(text.get("y"))) for text in texts
+    ]
     return [line for line in found if line[0].strip()]
 
 
 def columns_stand(lines):
     """Whether each sign of each line stands in its column: all are equally wide."""
-    width = np.median(np.concatenate([np.diff(line["places"]) for line in lines if line["drawn"] > 1]))
+    width = np.median(
+        np.concatenate([np.diff(line["places"]) for line in lines if line["drawn"] > 1])
+    )
     for line in lines:
         if line["signs"] != line["drawn"]:
             return False
@@ -67,7 +71,7 @@ def test_columns_keep_their_places_in_chromium(tmp_path):
 
 
 def ink(firefox, picture, folder):
-    """What Firefox draws, as darkness against the ground at the picture's corner."""
+    """Ink that Firefox draws, as darkness against the ground at the picture's corner."""
     image = pytest.importorskip("matplotlib.image")
     shown = folder / f"{picture.stem}.png"
     command = [firefox, "--headless", "--no-remote", "--profile", folder, "--window-size=760,1000"]
@@ -95,4 +99,6 @@ def test_columns_keep_their_places_in_firefox(tmp_path):
         row = drawn[int(base) - 11 : int(base) + 3, int(left) : 700].any(axis=0)
         widths.append((np.flatnonzero(row)[-1] + 1) / len(text))
     assert len(widths) > 10
-    assert max(widths) < 1.04 * min(widths), "lines of signs of one width end where their lengths say"
+    assert max(widths) < 1.04 * min(widths), (
+        "lines of signs of one width end where their lengths say"
+    )

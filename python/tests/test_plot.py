@@ -35,7 +35,9 @@ def test_the_consumption_of_a_run(run):
     ax = drawn(ocmc.plot.consumption(run))
     assert ax.get_xlabel() == "consumption, L/100 km"
     assert ax.get_ylabel() == "share of the cycles, %"
-    assert sum(bar.get_height() for bar in ax.patches[: len(ax.containers[0])]) == pytest.approx(100.0)
+    assert sum(bar.get_height() for bar in ax.patches[: len(ax.containers[0])]) == pytest.approx(
+        100.0
+    )
     statistic = run.summary()["statistics"]["consumption_l_per_100km"]
     assert line(ax, "mean of the fleet").get_xdata()[0] == statistic["mean"]
     verticals = {artist.get_xdata()[0] for artist in ax.lines}
@@ -48,7 +50,9 @@ def test_names_of_quantiles_do_not_touch(run, study):
         boxes = sorted((text.get_window_extent() for text in ax.texts), key=lambda box: box.x0)
         assert all(left.x1 < right.x0 for left, right in pairwise(boxes)), column
         legend = ax.get_legend().get_window_extent() if ax.get_legend() else None
-        assert legend is None or legend.y0 > max(box.y1 for box in boxes), "the legend stands above them"
+        assert legend is None or legend.y0 > max(box.y1 for box in boxes), (
+            "the legend stands above them"
+        )
     assert [text.get_text() for text in ax.texts] == ["P5", "P25", "P50", "P75", "P95"]
     same = drawn(ocmc.plot.consumption(study.run(cycles=1)))
     assert [text.get_text() for text in same.texts] == ["P5 to P95"]
@@ -126,7 +130,9 @@ def test_a_part_of_a_trace_and_axes_of_the_caller(study):
     assert panels == list(given.ravel())
     x = panels[3].lines[0].get_xdata()
     assert 1.0 <= x.min() < x.max() <= 2.0
-    with pytest.raises(ValueError, match="no step lies between 6000 and 7000, the trace ends at 5000"):
+    with pytest.raises(
+        ValueError, match="no step lies between 6000 and 7000, the trace ends at 5000"
+    ):
         ocmc.plot.trace(trace, between=(6000, 7000))
     with pytest.raises(ValueError, match="`ax` has 1 axes"):
         ocmc.plot.trace(trace, ax=[given[0, 0]])
@@ -191,7 +197,9 @@ def test_curves_and_their_fit():
     radius, speed = law.get_data()
     np.testing.assert_allclose(radius[[0, -1]], [125, 250])
     assert speed[-1] == pytest.approx(3.6 * fit["estimated"]["reference_speed_mps"])
-    assert np.polyfit(np.log(radius), np.log(speed), 1)[0] == pytest.approx(fit["estimated"]["exponent"])
+    assert np.polyfit(np.log(radius), np.log(speed), 1)[0] == pytest.approx(
+        fit["estimated"]["exponent"]
+    )
     points = np.concatenate([a.get_xydata() for a in ax.lines if a.get_linestyle() == "None"])
     assert sorted(points[:, 1]) == pytest.approx(sorted(3.6 * table["speed_mps"]))
     outer, inner = ax.collections[:2]
@@ -220,7 +228,9 @@ def test_each_driver_has_a_panel_with_its_own_regression():
         slope, height = np.polyfit(np.log(own["radius_m"]), np.log(3.6 * own["speed_mps"]), 1)
         radius, speed = regression.get_data()
         np.testing.assert_allclose(np.log(speed), height + slope * np.log(radius))
-        points = np.concatenate([a.get_xydata() for a in panel.lines if a.get_linestyle() == "None"])
+        points = np.concatenate(
+            [a.get_xydata() for a in panel.lines if a.get_linestyle() == "None"]
+        )
         assert sorted(points[:, 1]) == pytest.approx(sorted(3.6 * own["speed_mps"]))
     with pytest.raises(ValueError, match=f"`ax` has 2 axes, the drivers need {len(names)}"):
         ocmc.plot.curve_fit_by_driver(table, fit, ax=panels[:2])
@@ -253,19 +263,36 @@ def factor(name, first, total):
 
 
 def test_the_shares_of_the_factors():
-    factors = [factor("weather", 0.1, 0.15), factor("road", 0.5, 0.6), factor("driver_pedals", -0.01, 0.02)]
+    factors = [
+        factor("weather", 0.1, 0.15),
+        factor("road", 0.5, 0.6),
+        factor("driver_pedals", -0.01, 0.02),
+    ]
     ax = drawn(ocmc.plot.sensitivity({"column": "consumption_l_per_100km", "factors": factors}))
-    assert [text.get_text() for text in ax.get_yticklabels()] == ["driver pedals", "weather", "road"]
+    assert [text.get_text() for text in ax.get_yticklabels()] == [
+        "driver pedals",
+        "weather",
+        "road",
+    ]
     assert ax.get_xlabel() == "share of the variance of consumption, %"
-    widths = [[bar.get_width() for bar in bars] for bars in ax.containers if hasattr(bars, "patches")]
+    widths = [
+        [bar.get_width() for bar in bars] for bars in ax.containers if hasattr(bars, "patches")
+    ]
     np.testing.assert_allclose(widths, [[2, 15, 60], [-1, 10, 50]])
     whiskers = ax.collections[0].get_segments()
     np.testing.assert_allclose(np.array(whiskers)[:, :, 0], [[-1, 6], [12, 19], [57, 64]])
 
 
 def swept(values, mean, difference=None):
-    point = {"values": values, "mean": mean, "ci95": [mean - 2.0, mean + 2.0], "difference": difference}
-    return point | {"difference_ci95": None if difference is None else [difference - 0.5, difference + 0.5]}
+    point = {
+        "values": values,
+        "mean": mean,
+        "ci95": [mean - 2.0, mean + 2.0],
+        "difference": difference,
+    }
+    return point | {
+        "difference_ci95": None if difference is None else [difference - 0.5, difference + 0.5]
+    }
 
 
 def test_a_sweep_of_numbers_has_a_line_for_each_value_of_the_second_key():
@@ -281,7 +308,9 @@ def test_a_sweep_of_numbers_has_a_line_for_each_value_of_the_second_key():
     above, below = ocmc.plot.sweep(answer)
     drawn(above)
     assert [text.get_text() for text in above.get_legend().get_texts()] == ["a", "b"]
-    means = [(list(artists[0].get_xdata()), list(artists[0].get_ydata())) for artists in above.containers]
+    means = [
+        (list(artists[0].get_xdata()), list(artists[0].get_ydata())) for artists in above.containers
+    ]
     assert means == [([7000, 8000], [28, 30]), ([7000, 8000], [29, 31])]
     changes = [list(artists[0].get_ydata()) for artists in below.containers]
     np.testing.assert_equal(changes, [[-2, np.nan], [-1, 1]])
@@ -293,7 +322,9 @@ def test_a_sweep_of_numbers_has_a_line_for_each_value_of_the_second_key():
 
 
 def test_a_sweep_of_words_has_a_place_for_each():
-    points = [swept({"k": word}, 30.0 + place) for place, word in enumerate(["x", None, {"law": 1}])]
+    points = [
+        swept({"k": word}, 30.0 + place) for place, word in enumerate(["x", None, {"law": 1}])
+    ]
     base = swept({"k": None}, 33.0)
     answer = {"column": "consumption_l_per_100km", "keys": ["k"], "points": points, "base": base}
     above, below = ocmc.plot.sweep(answer)
@@ -309,13 +340,19 @@ def test_lines_of_the_axes_are_seen_on_a_dark_style(study):
     with plt.style.context("dark_background"):
         ax = ocmc.plot.arrivals({"source": "mine", "curve": curve, "arriving": []})
         panels = ocmc.plot.trace(study.trace(3))
-        shares = ocmc.plot.sensitivity({"column": "duration_s", "factors": [factor("road", 0.5, 0.6)]})
+        shares = ocmc.plot.sensitivity(
+            {"column": "duration_s", "factors": [factor("road", 0.5, 0.6)]}
+        )
         fleet = ocmc.plot.trucks(study.set("mission.length_m", 3000.0).run(trucks=3, trips=2))
         quantiles = ocmc.plot.consumption(study.set("mission.length_m", 3000.0).run(cycles=20))
         assert matplotlib.colors.to_rgb(quantiles.lines[0].get_color()) == (1.0, 1.0, 1.0)
         assert matplotlib.colors.to_rgb(panels[3].lines[0].get_color()) == (1.0, 1.0, 1.0)
         assert matplotlib.colors.to_rgb(shares.lines[-1].get_color()) == (1.0, 1.0, 1.0)
-        assert matplotlib.colors.to_rgb(line(fleet, "mean of the fleet").get_color()) == (1.0, 1.0, 1.0)
+        assert matplotlib.colors.to_rgb(line(fleet, "mean of the fleet").get_color()) == (
+            1.0,
+            1.0,
+            1.0,
+        )
         drawn(ax)
     assert all(float(tick).is_integer() for tick in fleet.get_xticks()), "trucks are counted"
 
@@ -327,7 +364,10 @@ def test_a_path_where_a_table_is_drawn_is_refused_by_name():
 
 def test_judged_numbers_have_a_bar_to_each_end():
     def entry(name, low, high):
-        ends = [None if by is None else {"mean": {"by": by, "standard_error": None}} for by in (low, high)]
+        ends = [
+            None if by is None else {"mean": {"by": by, "standard_error": None}}
+            for by in (low, high)
+        ]
         return {"name": name, "low": ends[0], "high": ends[1], "share": 0.5}
 
     numbers = [entry("payload", -3.0, 2.0), entry("road_sequence", None, 1.0)]
@@ -341,13 +381,21 @@ def test_judged_numbers_have_a_bar_to_each_end():
 def test_the_items_of_a_cost():
     def study(name, items):
         listed = [{"item": item, "per_km": value} for item, value in items.items()]
-        return {"study": name, "currency": "EUR", "items": listed, "total": {"per_km": sum(items.values())}}
+        return {
+            "study": name,
+            "currency": "EUR",
+            "items": listed,
+            "total": {"per_km": sum(items.values())},
+        }
 
     a = study("diesel", {"fuel": 0.4, "purchase": 0.3, "residual": -0.1})
     b = study("electric", {"depot_charging": 0.2, "purchase": 0.5, "residual": -0.2})
     ax = drawn(ocmc.plot.cost({"a": a, "b": b, "difference": {}}))
     assert [text.get_text() for text in ax.get_yticklabels()] == ["diesel", "electric"]
-    bars = {str(bars.get_label()): [(bar.get_x(), bar.get_width()) for bar in bars] for bars in ax.containers}
+    bars = {
+        str(bars.get_label()): [(bar.get_x(), bar.get_width()) for bar in bars]
+        for bars in ax.containers
+    }
     np.testing.assert_allclose(bars["fuel"], [(0.0, 0.4), (0.0, 0.0)])
     np.testing.assert_allclose(bars["depot charging"], [(0.7, 0.0), (0.5, 0.2)])
     np.testing.assert_allclose(bars["purchase"], [(0.4, 0.3), (0.0, 0.5)])
@@ -361,7 +409,11 @@ def test_identified_gains_uphill_and_downhill():
         gains = {"kp": kp, "ki": 0.1, "kd": None, "at_bound": list(lost)}
         return {"driver": driver, "grade": grade, "parameters": [fitted]} | gains
 
-    fits = [fit("driver 10", 0.03, 5.0, ["kp"]), fit("driver 2", -0.03, 0.5), fit("driver 2", 0.03, 0.7)]
+    fits = [
+        fit("driver 10", 0.03, 5.0, ["kp"]),
+        fit("driver 2", -0.03, 0.5),
+        fit("driver 2", 0.03, 0.7),
+    ]
     panels = ocmc.plot.identified({"fits": fits})
     drawn(panels[0])
     assert [text.get_text() for text in panels[-1].get_xticklabels()] == ["driver 2", "driver 10"]

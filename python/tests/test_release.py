@@ -1,4 +1,4 @@
-"""What a release is made with: links that work on a package index, one version, pinned actions."""
+"""Parts of a release: links that work on a package index, one version, pinned actions."""
 
 import re
 import shutil
@@ -33,7 +33,9 @@ def _no_bytecode():
 def test_each_link_of_the_readme_works_on_a_package_index():
     page = (ROOT / "README.md").read_text(encoding="utf-8")
     absolute = script("with-home").with_links(page, HOME, "v1", ROOT / "README.md")
-    targets = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```|`[^`\n]*`", "", absolute, flags=re.DOTALL))
+    targets = re.findall(
+        r"\]\(([^)\s]+)\)", re.sub(r"```.*?```|`[^`\n]*`", "", absolute, flags=re.DOTALL)
+    )
     assert len(targets) > 10
     assert not [target for target in targets if not re.match(r"https?://|#", target)]
     assert f"{HOME}/blob/v1/docs/src/SUMMARY.md" in targets
@@ -45,7 +47,9 @@ def test_code_and_links_elsewhere_stay_as_they_are():
     page = ROOT / "README.md"
     for text in ["```\nx[0](a.md)\n```\n", "[a](https://example.org/b.md)", "[a](#below)"]:
         assert with_links(text, HOME, "v1", page) == text
-    assert with_links("[`a`](LICENSE-MIT)", HOME, "v1", page) == f"[`a`]({HOME}/blob/v1/LICENSE-MIT)"
+    assert (
+        with_links("[`a`](LICENSE-MIT)", HOME, "v1", page) == f"[`a`]({HOME}/blob/v1/LICENSE-MIT)"
+    )
     picture = f"[![a]({HOME}/raw/v1/LICENSE-MIT)](https://example.org)"
     assert with_links("[![a](LICENSE-MIT)](https://example.org)", HOME, "v1", page) == picture
     inside = with_links("[a](../LICENSE-MIT#b)", HOME, "v1", ROOT / "python/README.md")
@@ -56,7 +60,10 @@ def test_code_and_links_elsewhere_stay_as_they_are():
 
 def test_the_package_gets_its_urls():
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    before, after = tomllib.loads(text), tomllib.loads(script("with-home").with_urls(text, HOME, "v1"))
+    before, after = (
+        tomllib.loads(text),
+        tomllib.loads(script("with-home").with_urls(text, HOME, "v1")),
+    )
     assert after["project"].pop("urls")["Source"] == HOME
     assert after == before
 

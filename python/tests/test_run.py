@@ -81,7 +81,9 @@ def test_the_last_cycle_ids_can_be_driven(study):
     end = 2**58 - 1
     last = study.run(cycles=2, first_cycle=end - 2)
     assert last["cycle_id"].tolist() == [end - 2, end - 1]
-    assert study.trace(end - 1)["distance_added_m"].sum() == pytest.approx(last["distance_m"][1], rel=1e-12)
+    assert study.trace(end - 1)["distance_added_m"].sum() == pytest.approx(
+        last["distance_m"][1], rel=1e-12
+    )
     with pytest.raises(ValueError, match="`first_cycle` is "):
         study.run(cycles=2, first_cycle=end - 1)
     with pytest.raises(ValueError, match="`cycle_id` is "):
@@ -163,7 +165,9 @@ def test_other_threads_go_on_during_a_run(study, other_threads_go_on):
 
 def test_runs_in_two_threads_at_once(study, run):
     results = []
-    threads = [threading.Thread(target=lambda: results.append(study.run(cycles=300))) for _ in range(2)]
+    threads = [
+        threading.Thread(target=lambda: results.append(study.run(cycles=300))) for _ in range(2)
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -189,18 +193,26 @@ except KeyboardInterrupt:
     "call",
     [
         "ocmc.Study('long-haul').run(cycles=10**12)",
-        "ocmc.identify(ocmc.Study('simulator-slopes').trace(0), ocmc.Study('simulator-slopes'), starts=4096)",
+        (
+            "ocmc.identify(ocmc.Study('simulator-slopes').trace(0), "
+            "ocmc.Study('simulator-slopes'), starts=4096)"
+        ),
         "ocmc.Study('field-truck').drive(SPEED, cycles=10**12, follow_speed='exact')",
         "ocmc.Study('field-truck').sensitivity(cycles=10**9)",
         "ocmc.Study('field-truck').bound(cycles=100)",
         "ocmc.simulator_study(ocmc.Study('simulator-study'), repetitions=5000)",
-        "ocmc.calibrate_curve_speed(Study('field-truck-printed'), Study('field-truck'), drivers=2000)",
+        (
+            "ocmc.calibrate_curve_speed(Study('field-truck-printed'), Study('field-truck'), "
+            "drivers=2000)"
+        ),
     ],
 )
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is a signal elsewhere")
 def test_ctrl_c_ends_it_within_a_second(call):
     script = LONG.format(call=call)
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, text=True
+    ) as process:
         assert process.stdout.readline() == "started\n"
         time.sleep(1.0)
         begin = time.monotonic()

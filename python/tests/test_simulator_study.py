@@ -11,7 +11,16 @@ def test_the_answer_is_the_commands(tmp_path):
     study = ocmc.Study("simulator-study").set("simulation.step_s", 0.5)
     answer = ocmc.simulator_study(study, repetitions=2, seed=3, gains=False, out=tmp_path / "out")
     assert {curve["driver"] for curve in answer["curves"]} == set(range(1, 9))
-    options = ["--repetitions", "2", "--seed", "3", "--no-gains", "--set", "simulation.step_s=0.5", "--json"]
+    options = [
+        "--repetitions",
+        "2",
+        "--seed",
+        "3",
+        "--no-gains",
+        "--set",
+        "simulation.step_s=0.5",
+        "--json",
+    ]
     printed = json.loads(command("simulator-study", *options).stdout)
     for key in ["wall_s", "threads"]:
         del printed[key], answer[key]

@@ -86,7 +86,11 @@ def test_studies_can_be_pickled_and_copied(study):
 @pytest.mark.parametrize(
     ("path", "value", "parts"),
     [
-        ("driver.curve_speed.exponnt", 0.5, ["`driver.curve_speed.exponnt`", "did you mean `exponent`"]),
+        (
+            "driver.curve_speed.exponnt",
+            0.5,
+            ["`driver.curve_speed.exponnt`", "did you mean `exponent`"],
+        ),
         (EXPONENT, 99, [EXPONENT, "99", "allowed is"]),
         (EXPONENT, "fast", [EXPONENT, "fast", "allowed is"]),
         (EXPONENT, float("nan"), [EXPONENT, "nan", "finite"]),
@@ -240,7 +244,10 @@ def test_a_study_of_a_stranger_names_no_file(tmp_path):
         str(secret),
         {"study": {"base": str(secret)}},
         {"study": {"base": "field-truck"}, "vehicle": {"base": str(secret)}},
-        {"study": {"base": "field-truck"}, "mission": {"routes": [{"file": str(secret), "weight": 1.0}]}},
+        {
+            "study": {"base": "field-truck"},
+            "mission": {"routes": [{"file": str(secret), "weight": 1.0}]},
+        },
     ]:
         with pytest.raises(ValueError, match="no file may be read here") as error:
             ocmc.Study(source, allow_files=False)

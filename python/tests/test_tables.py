@@ -1,4 +1,4 @@
-"""Tables: Arrow, pandas, polars, duckdb and numpy see the same numbers, without copies where possible."""
+"""Tables: Arrow, pandas, polars, duckdb and numpy see the same numbers, mostly without copies."""
 
 import hashlib
 import json
@@ -70,7 +70,10 @@ def test_pandas_takes_them(run):
 def test_duckdb_takes_them(run):
     duckdb = pytest.importorskip("duckdb")
     records = run.records  # duckdb finds it by its name
-    asked = "SELECT sum(fuel_kg), count(battery_energy_j), count(*) FROM records WHERE outcome = 'completed'"
+    asked = (
+        "SELECT sum(fuel_kg), count(battery_energy_j), count(*) FROM records WHERE outcome = "
+        "'completed'"
+    )
     fuel, batteries, rows = duckdb.sql(asked).fetchall()[0]
     completed = run["outcome"] == "completed"
     assert (batteries, rows) == (0, completed.sum())
@@ -119,13 +122,17 @@ def test_a_requested_schema_is_met_where_its_columns_are_ours(run, table):
     cast = pa.RecordBatchReader.from_stream(run.records, schema=single).read_all()
     assert cast.schema == single
     np.testing.assert_array_equal(cast["distance_m"], run["distance_m"].astype(np.float32))
-    signed = table.schema.set(table.schema.get_field_index("cycle_id"), pa.field("cycle_id", pa.int64()))
+    signed = table.schema.set(
+        table.schema.get_field_index("cycle_id"), pa.field("cycle_id", pa.int64())
+    )
     signed = signed.set(signed.get_field_index("outcome"), pa.field("outcome", pa.large_string()))
     cast = pa.RecordBatchReader.from_stream(run.records, schema=signed).read_all()
     assert cast.schema == signed
     assert cast["outcome"].to_pylist() == table["outcome"].to_pylist()
     # the protocol lets a producer keep its own schema where it cannot meet another one
-    other = pa.RecordBatchReader.from_stream(run.records, schema=pa.schema([pa.field("x", pa.string())]))
+    other = pa.RecordBatchReader.from_stream(
+        run.records, schema=pa.schema([pa.field("x", pa.string())])
+    )
     assert other.read_all().schema == table.schema
 
 
@@ -136,7 +143,7 @@ def test_what_is_no_schema_is_an_error(run, wrong):
 
 
 def test_a_million_records_become_a_data_frame_in_a_second(run, tmp_path):
-    """A quarter of a million in a quarter of a second: what does not grow with the rows makes it harder."""
+    """A quarter of a million rows in a quarter of a second: fixed costs make it harder."""
     pytest.importorskip("pandas")
     rows = 250_000
     large = _repeated(run, rows, tmp_path / "large")
@@ -153,7 +160,7 @@ def test_a_million_records_become_a_data_frame_in_a_second(run, tmp_path):
 
 
 def _repeated(run, rows, path):
-    """A run of that many records: not driven, but read from a directory that repeats a few cycles."""
+    """A run of that many records, read from a directory that repeats a few cycles."""
     run.save(path)
     table = pa.table(run.records)
     table = pa.concat_tables([table] * -(-rows // len(table))).slice(0, rows)

@@ -48,7 +48,9 @@ def test_the_summary_knows_trucks(fleet):
     trucks = fleet.summary()["trucks"]
     assert trucks["trucks"] == 12
     values = fleet.trucks["consumption_l_per_100km"]
-    assert trucks["truck_years"]["consumption_l_per_100km"]["sd"] == pytest.approx(values.std(ddof=1))
+    assert trucks["truck_years"]["consumption_l_per_100km"]["sd"] == pytest.approx(
+        values.std(ddof=1)
+    )
     total = trucks["fleet_year"]["fuel_l"]
     assert total["total"] == pytest.approx(fleet.trucks["fuel_l"].sum())
     low, high = total["prediction95"]
@@ -62,7 +64,12 @@ def test_shares_over_trucks(study):
     nested = study.set("fleet.trips_per_truck", 10)
     trips = nested.sensitivity(cycles=400, factors=["driver", "mission"])
     trucks = nested.sensitivity(cycles=400, factors=["driver", "mission"], over="truck")
-    assert (trips["over"], trips["rows"], trucks["over"], trucks["rows"]) == ("trip", 400, "truck", 40)
+    assert (trips["over"], trips["rows"], trucks["over"], trucks["rows"]) == (
+        "trip",
+        400,
+        "truck",
+        40,
+    )
 
     def driver(answer):
         return next(share["total"] for share in answer["factors"] if share["factor"] == "driver")
@@ -107,9 +114,15 @@ def test_shares_stand_beside_one_another():
     matplotlib.use("agg")
     road = {"factor": "road", "first": 0.7, "first_ci95": [0.6, 0.9]}
     driver, part = {"factor": "driver", "first": 0.52}, {"factor": "driver.pedals", "first": 0.1}
-    ax = ocmc.plot.shares({"trips": {"factors": [road, driver, part]}, "years": {"factors": [driver]}})
+    ax = ocmc.plot.shares(
+        {"trips": {"factors": [road, driver, part]}, "years": {"factors": [driver]}}
+    )
     bars = [bar for bar in ax.patches if np.isfinite(bar.get_height())]
-    assert [(bar.get_y(), bar.get_height()) for bar in bars] == [(0.0, 70.0), (0.0, 52.0), (0.0, 52.0)]
+    assert [(bar.get_y(), bar.get_height()) for bar in bars] == [
+        (0.0, 70.0),
+        (0.0, 52.0),
+        (0.0, 52.0),
+    ]
     lefts = sorted(bar.get_x() for bar in bars)
     assert (np.diff(lefts) >= bars[0].get_width() - 1e-9).all(), "they do not cover one another"
     whisker = ax.collections[0].get_segments()[0]

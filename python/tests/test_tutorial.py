@@ -29,9 +29,11 @@ def outputs():
 
 
 def shown(outputs, part, kind):
-    """What cells with this text show."""
+    """Outputs of the cells with this text."""
     found = [
-        output.data[kind] for source, output in outputs if part in source and kind in output.get("data", {})
+        output.data[kind]
+        for source, output in outputs
+        if part in source and kind in output.get("data", {})
     ]
     assert found, part
     return "".join(found)

@@ -10,7 +10,15 @@ import pytest
 # what was not used of a log is not the matter here
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
-COLUMNS = ["time_s", "speed_mps", "position_m", "yaw_rate_radps", "limit_mps", "grade", "fuel_rate_kgps"]
+COLUMNS = [
+    "time_s",
+    "speed_mps",
+    "position_m",
+    "yaw_rate_radps",
+    "limit_mps",
+    "grade",
+    "fuel_rate_kgps",
+]
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +52,13 @@ def test_drives_are_laid_over_trips(study, tmp_path):
     out = tmp_path / "out"
     with pytest.warns(UserWarning, match="60 trips: bands and ranks want 2000"):
         answer = ocmc.validate(
-            [log(study, 3), log(study, 3)], study, road=path, trips=60, seed=11, out=out, progress=False
+            [log(study, 3), log(study, 3)],
+            study,
+            road=path,
+            trips=60,
+            seed=11,
+            out=out,
+            progress=False,
         )
     assert answer["pooled"][0]["quantity"] == "speed"
     assert len(answer["drives"]) == 2

@@ -1,4 +1,4 @@
-"""The wheel: built, installed into an empty environment, quick to import, with the native command."""
+"""Wheel: built, installed into an empty environment, quick to import, with the command."""
 
 import os
 import subprocess
@@ -71,25 +71,40 @@ def test_the_wheel_says_what_it_is_and_has_its_licences(wheel):
 
 
 def test_an_empty_environment_needs_no_more_than_numpy(python):
-    printed = quiet(python, "-m", "pip", "list", "--format", "freeze", "--disable-pip-version-check")
+    printed = quiet(
+        python, "-m", "pip", "list", "--format", "freeze", "--disable-pip-version-check"
+    )
     names = {line.partition("==")[0].lower() for line in printed.splitlines()}
     assert names - {"pip", "setuptools"} == {"numpy", "ocmc"}
-    script = "import ocmc; print(len(ocmc.Study('field-truck').set('mission.length_m', 2000).run(cycles=50)))"
+    script = (
+        "import ocmc; print(len(ocmc.Study('field-truck').set('mission.length_m', "
+        "2000).run(cycles=50)))"
+    )
     assert quiet(python, "-c", script, cwd=python.parent) == "50\n"
     for name in ["plot", "dask"]:
-        script = f"import ocmc\ntry:\n    ocmc.{name}\nexcept ModuleNotFoundError as error:\n    print(error)"
+        script = (
+            f"import ocmc\ntry:\n    ocmc.{name}\nexcept ModuleNotFoundError as error:\n    "
+            "print(error)"
+        )
         assert f"pip install '.[{name}]'" in quiet(python, "-c", script, cwd=python.parent)
 
 
 def test_its_command_is_the_native_program(python):
     command = python.with_name("ocmc")
     assert quiet(command, "--version", cwd=python.parent).startswith("ocmc ")
-    answer = quiet(command, "--cycles", "50", "--set", "mission.length_m=2000", "--quiet", cwd=python.parent)
+    answer = quiet(
+        command, "--cycles", "50", "--set", "mission.length_m=2000", "--quiet", cwd=python.parent
+    )
     assert answer.startswith("study ")
 
 
 def test_the_import_is_quick(python):
-    script = "import time; begin = time.perf_counter(); import ocmc; print(time.perf_counter() - begin)"
+    script = (
+        "import time; begin = time.perf_counter(); import ocmc; print(time.perf_counter() - begin)"
+    )
     times = [float(quiet(python, "-c", script, cwd=python.parent)) for _ in range(7)]
-    print(f"import ocmc: {min(times) * 1e3:.0f} ms at best, {sorted(times)[3] * 1e3:.0f} ms in the middle")
+    print(
+        f"import ocmc: {min(times) * 1e3:.0f} ms at best, {sorted(times)[3] * 1e3:.0f} ms in the "
+        "middle"
+    )
     assert sorted(times)[3] < MOST_IMPORT_S

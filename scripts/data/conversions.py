@@ -1,4 +1,4 @@
-"""From the files of others to the tables that the tests read: formats and columns change, numbers do not."""
+"""Conversions of others' files to tables of the tests: formats and columns, never numbers."""
 
 import csv
 import gzip
@@ -11,18 +11,23 @@ import r_data
 MAIN_ROADS = {"motorway", "trunk", "primary", "secondary"}
 TAGS = ("ref", "maxspeed", "oneway", "junction", "lanes")
 DRIVE_COLUMNS = (
-    "drive", "time_utc", "gps_long", "gps_lat", "gps_elevation", "gps_heading", "gps_hdop", "speed_mph",
-    "speed_source", "accel_x", "accel_y", "gyro_z", "pitch", "engine_rpm", "engine_throttle",
+    "drive", "time_utc", "gps_long", "gps_lat", "gps_elevation", "gps_heading", "gps_hdop",
+    "speed_mph", "speed_source", "accel_x", "accel_y", "gyro_z", "pitch", "engine_rpm",
+    "engine_throttle",
 )  # fmt: skip
 LOADS = ("3-1", "3-2", "3-4")
 
 
 def udacity(data: bytes) -> bytes:
-    """Drop the paths of the images, sort by time, and round: angles to 6 decimals, the others to 4."""
-    rows = sorted(csv.DictReader(io.StringIO(data.decode())), key=lambda row: float(row["timestamp"]))
+    """Drop the paths of images, sort by time, and round: angles to 6 decimals, others to 4."""
+    rows = sorted(
+        csv.DictReader(io.StringIO(data.decode())), key=lambda row: float(row["timestamp"])
+    )
     lines = ["t_unix_ns,steering_wheel_angle_rad,steering_torque_nm,speed_mps"]
     for row in rows:
-        time, angle, torque, speed = (float(row[name]) for name in ("timestamp", "angle", "torque", "speed"))
+        time, angle, torque, speed = (
+            float(row[name]) for name in ("timestamp", "angle", "torque", "speed")
+        )
         lines.append(f"{time!r},{round(angle, 6)!r},{round(torque, 4)!r},{round(speed, 4)!r}")
     return "".join(line + "\n" for line in lines).encode()
 
@@ -40,7 +45,8 @@ def driveplotr(data: bytes) -> bytes:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(DRIVE_COLUMNS)
     rows.writerows(
-        [cell(value) for value in row] for row in zip(*(table[name] for name in DRIVE_COLUMNS), strict=True)
+        [cell(value) for value in row]
+        for row in zip(*(table[name] for name in DRIVE_COLUMNS), strict=True)
     )
     return text.getvalue().encode()
 

@@ -1,7 +1,7 @@
-"""Reads the tables of an R data file: the part of R's serialization (version 3, XDR) that these need.
+"""Reads tables of an R data file, with R's serialization (version 3, XDR) as far as they need it.
 
-The format is described in "R Internals", section "Serialization Formats". Kinds of items that a table of
-numbers and texts does not have are refused.
+The format is described in "R Internals", section "Serialization Formats". Kinds of items that a
+table of numbers and texts does not have are refused.
 """
 
 import bz2
@@ -104,4 +104,6 @@ class Reader:
 def table(data: bytes, name: str) -> dict[str, list]:
     """Take the columns of the table of this name from a file that R compressed by bzip2."""
     columns, attributes = dict(Reader(bz2.decompress(data)).item())[name]
-    return {column: values for column, (values, _) in zip(attributes["names"][0], columns, strict=True)}
+    return {
+        column: values for column, (values, _) in zip(attributes["names"][0], columns, strict=True)
+    }

@@ -1,6 +1,7 @@
 """Draw the first picture of the README: a fleet's consumption, and what a truck of less drag saves.
 
-``scripts/figures/answer.py`` writes ``docs/images/answer.svg`` (10,000 cycles, 15 seconds on two cores).
+``scripts/figures/answer.py`` writes ``docs/images/answer.svg`` (10,000 cycles, 15 seconds on two
+cores).
 """
 
 from pathlib import Path
@@ -40,7 +41,9 @@ def say(axes: Axes, question: str, mean: str, middle: str) -> None:
 
 def fleet(axes: Axes, run: ocmc.Run) -> None:
     """Draw how the consumption of the study's trips is distributed."""
-    axes.hist(run[LITRES], bins=np.arange(20.0, 60.0, 2.0), color=BARS, edgecolor="white", linewidth=0.4)
+    axes.hist(
+        run[LITRES], bins=np.arange(20.0, 60.0, 2.0), color=BARS, edgecolor="white", linewidth=0.4
+    )
     row = run.summary()["statistics"][LITRES]
     half = (row["ci95"][1] - row["ci95"][0]) / 2.0
     mark(axes, row["mean"], half, row["p5"], row["p95"])
@@ -67,7 +70,9 @@ def saving(axes: Axes, run: ocmc.Run, other: ocmc.Run) -> None:
         axes,
         "What does a truck of less drag save?",
         f"the fleet's mean: −{-answer['difference']:.3f} ± {half:.3f} L/100 km",
-        "nine trips of ten: −{:.2f} to −{:.2f} L/100 km".format(*-np.quantile(litres, [0.05, 0.95])),
+        "nine trips of ten: −{:.2f} to −{:.2f} L/100 km".format(
+            *-np.quantile(litres, [0.05, 0.95])
+        ),
     )
     axes.set_xlabel("change of the same trip, L/100 km: drag area 4.6 m² instead of 5.3 m²")
 
@@ -78,7 +83,9 @@ def main() -> None:
     study = ocmc.Study("field-truck")
     run = study.run(cycles=CYCLES, seed=1)
     other = study.set("vehicle.drag_area_m2.median", 4.6).run(cycles=CYCLES, seed=1)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.0), layout="constrained", facecolor="white")
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=(11.0, 4.0), layout="constrained", facecolor="white"
+    )
     fleet(left, run)
     saving(right, run, other)
     PICTURE.parent.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Draw the figures of the guide: ``python3 scripts/figures/draw.py [NAME...]``, all of them by default."""
+"""Draw the figures of the guide: ``scripts/figures/draw.py [NAME...]``, all by default."""
 
 import sys
 import time

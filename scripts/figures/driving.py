@@ -1,4 +1,4 @@
-"""What a truck does on its road: one cycle, a stop, a curve, a descent."""
+"""Course of a truck on its road: one cycle, a stop, a curve, a descent."""
 
 import functools
 
@@ -27,7 +27,10 @@ def part_of(trace, first_m, last_m, margin=1):
 
 def limits(road, first_m, last_m):
     """Give the signs between two places, as steps."""
-    place, limit = column(road["speed_limit_mps"], "position_m"), column(road["speed_limit_mps"], "value")
+    place, limit = (
+        column(road["speed_limit_mps"], "position_m"),
+        column(road["speed_limit_mps"], "value"),
+    )
     inside = (place > first_m) & (place < last_m)
     before = np.flatnonzero(place <= first_m)[-1]
     steps = np.concatenate(
@@ -48,15 +51,28 @@ def events(ax, road, window_m, *, scale, top):
         places = np.concatenate([column(road[track], "position_m") for track in tracks])
         places = places[(places >= first_m) & (places <= last_m)]
         if places.size:
-            ax.plot(scale * places, np.full(places.size, top), sign, color=colour, label=name, clip_on=False)
+            ax.plot(
+                scale * places,
+                np.full(places.size, top),
+                sign,
+                color=colour,
+                label=name,
+                clip_on=False,
+            )
 
 
 def curves(road, first_m, last_m):
     """Give the curves between two places: from, to, radius."""
-    place, value = column(road["curvature_per_m"], "position_m"), column(road["curvature_per_m"], "value")
+    place, value = (
+        column(road["curvature_per_m"], "position_m"),
+        column(road["curvature_per_m"], "value"),
+    )
     ends = np.append(place[1:], place[-1])
     sharp = (np.abs(value) > 1.0 / CURVES_BELOW_M) & (ends > first_m) & (place < last_m)
-    return [(a, b, 1.0 / abs(v)) for a, b, v in zip(place[sharp], ends[sharp], value[sharp], strict=True)]
+    return [
+        (a, b, 1.0 / abs(v))
+        for a, b, v in zip(place[sharp], ends[sharp], value[sharp], strict=True)
+    ]
 
 
 def one_cycle():
@@ -92,7 +108,9 @@ def one_cycle():
     pedals.fill_between(
         km, 100.0 * rows["accelerator"], color=BLUE, alpha=0.6, linewidth=0, label="accelerator"
     )
-    pedals.fill_between(km, -100.0 * rows["brake"], color=RED, alpha=0.7, linewidth=0, label="brake")
+    pedals.fill_between(
+        km, -100.0 * rows["brake"], color=RED, alpha=0.7, linewidth=0, label="brake"
+    )
     pedals.set(ylabel="pedals, %", ylim=(-60, 105), yticks=[-50, 0, 50, 100])
     pedals.set_yticklabels(["50", "0", "50", "100"])
     pedals.legend(loc="lower right", ncols=2)
@@ -121,12 +139,16 @@ def stop():
     speed.plot(time, KMH * rows["desired_speed_mps"], color=ORANGE, label="desired")
     speed.plot(time, KMH * rows["speed_mps"], color=BLUE, label="driven")
     speed.set(ylabel="speed, km/h", ylim=(0, None), xlim=(-32, 45))
-    speed.annotate("at the line", (stood_s / 2.0, 30.0), ha="center", rotation=90, color="0.35", va="center")
+    speed.annotate(
+        "at the line", (stood_s / 2.0, 30.0), ha="center", rotation=90, color="0.35", va="center"
+    )
     speed.legend(loc="lower right")
     pedals.fill_between(
         time, 100.0 * rows["accelerator"], color=BLUE, alpha=0.6, linewidth=0, label="accelerator"
     )
-    pedals.fill_between(time, -100.0 * rows["brake"], color=RED, alpha=0.7, linewidth=0, label="brake")
+    pedals.fill_between(
+        time, -100.0 * rows["brake"], color=RED, alpha=0.7, linewidth=0, label="brake"
+    )
     pedals.set(ylabel="pedals, %", ylim=(-105, 105), yticks=[-100, 0, 100])
     pedals.set_yticklabels(["100", "0", "100"])
     pedals.legend(loc="lower right", ncols=2)
@@ -137,7 +159,7 @@ def stop():
 
 
 def curve_entry():
-    """Curves: braking ends where the curve begins, its law holds inside, the truck speeds up behind it."""
+    """Curves: braking ends at the curve, its law holds inside, the truck speeds up behind it."""
     road, trace = drive()
     first_m, last_m = 24200.0, 26300.0
     rows = part_of(trace, first_m, last_m)
@@ -162,7 +184,10 @@ def curve_entry():
     speed.set(ylabel="speed, km/h", ylim=(0, 95), xlim=(first_m, last_m))
     speed.legend(loc="lower left", ncols=4)
     side.plot(
-        rows["position_m"], rows["speed_mps"] * np.abs(rows["yaw_rate_radps"]), color=RED, linewidth=1.2
+        rows["position_m"],
+        rows["speed_mps"] * np.abs(rows["yaw_rate_radps"]),
+        color=RED,
+        linewidth=1.2,
     )
     side.set(ylabel="to the side, m/s²", xlabel="position, m", ylim=(0, 3))
     drawn.align_ylabels()

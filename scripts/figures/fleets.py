@@ -1,4 +1,4 @@
-"""What runs answer: distributions, losses, shares of the variance, differences, ranges, trucks."""
+"""Answers of runs: distributions, losses, shares of the variance, differences, ranges, trucks."""
 
 import numpy as np
 import ocmc
@@ -36,12 +36,28 @@ def distribution():
         "",
         (centre - told["sd"], 0.62 * top),
         (centre + told["sd"], 0.62 * top),
-        arrowprops={"arrowstyle": "<->", "color": "black", "shrinkA": 0, "shrinkB": 0, "linewidth": 1.2},
+        arrowprops={
+            "arrowstyle": "<->",
+            "color": "black",
+            "shrinkA": 0,
+            "shrinkB": 0,
+            "linewidth": 1.2,
+        },
     )
     ax.annotate(
-        f"± SD of one trip, {told['sd']:.1f}", (centre - 0.6, 0.64 * top), ha="right", va="bottom", fontsize=9
+        f"± SD of one trip, {told['sd']:.1f}",
+        (centre - 0.6, 0.64 * top),
+        ha="right",
+        va="bottom",
+        fontsize=9,
     )
-    for name, where in [("p5", "P5"), ("p25", "P25"), ("p50", "P50"), ("p75", "P75"), ("p95", "P95")]:
+    for name, where in [
+        ("p5", "P5"),
+        ("p25", "P25"),
+        ("p50", "P50"),
+        ("p75", "P75"),
+        ("p95", "P95"),
+    ]:
         ax.axvline(told[name], ymax=0.07, color="black", linewidth=1.2)
         around = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.85}
         ax.annotate(where, (told[name], 0.1 * top), ha="center", fontsize=8, bbox=around)
@@ -84,7 +100,14 @@ def losses():
         left = 0.0
         for label, colour, terms in _LOSSES:
             size = sum(np.nansum(column(run, term)) for term in terms) / KWH / km
-            ax.barh(place, size, left=left, color=colour, height=0.62, label=label if place == 0 else None)
+            ax.barh(
+                place,
+                size,
+                left=left,
+                color=colour,
+                height=0.62,
+                label=label if place == 0 else None,
+            )
             if size > 0.085:  # what has room for its number
                 dark = colour in {BLUE, RED, GREEN, GREY}
                 ax.annotate(
@@ -97,7 +120,9 @@ def losses():
                 )
             left += size
         tonnes = column(run, "payload_kg").mean() / 1000.0
-        ax.annotate(f"{left:.2f}, payload {tonnes:.1f} t", (left + 0.015, place), va="center", fontsize=8.5)
+        ax.annotate(
+            f"{left:.2f}, payload {tonnes:.1f} t", (left + 0.015, place), va="center", fontsize=8.5
+        )
     ax.set_yticks(places, labels=studies)
     ax.set(xlabel="kWh/km, of the crankshaft or the battery", xlim=(0, 2.55))
     ax.grid(visible=False, axis="y")
@@ -130,12 +155,18 @@ def sensitivity():
     for place, factor in zip(places, factors, strict=True):
         right = 100.0 * max(factor["first_ci95"][1], factor["total_ci95"][1])
         ax.annotate(
-            f"{100.0 * factor['total']:.1f} %", (right + 1.2, place), va="center", fontsize=8.5, color="0.25"
+            f"{100.0 * factor['total']:.1f} %",
+            (right + 1.2, place),
+            va="center",
+            fontsize=8.5,
+            color="0.25",
         )
     ax.set_yticks(places, labels=names)
     ax.axvline(0.0, color="black", linewidth=0.6)
     ax.set(
-        xlabel="share of the variance of L/100 km between trips of 100 km, %; lines: 95 % intervals",
+        xlabel=(
+            "share of the variance of L/100 km between trips of 100 km, %; lines: 95 % intervals"
+        ),
         xlim=(-2, 92),
     )
     ax.grid(visible=False, axis="y")
@@ -155,7 +186,11 @@ def compare_pairs():
     left.plot(a, b, ".", color=BLUE, markersize=2.2, alpha=0.6, markeredgewidth=0)
     left.annotate("equal", (54.0, 55.0), rotation=45, rotation_mode="anchor", fontsize=8.5)
     left.set(
-        xlabel="as it is, L/100 km", ylabel="drag area 4.6 m², L/100 km", xlim=ends, ylim=ends, aspect="equal"
+        xlabel="as it is, L/100 km",
+        ylabel="drag area 4.6 m², L/100 km",
+        xlim=ends,
+        ylim=ends,
+        aspect="equal",
     )
     left.set_title("each point is one trip, driven twice")
     edges = np.arange(-20.0, 20.1, 0.25)
@@ -178,7 +213,9 @@ def compare_pairs():
         va="center",
         arrowprops={"arrowstyle": "-", "color": RED},
     )
-    right.set(xlabel="difference of two trips, L/100 km", ylabel="trips per 0.25 L/100 km", xlim=(-14, 14))
+    right.set(
+        xlabel="difference of two trips, L/100 km", ylabel="trips per 0.25 L/100 km", xlim=(-14, 14)
+    )
     right.set_title("differences")
     right.legend(loc="upper left")
     return drawn
@@ -200,15 +237,24 @@ def precision():
     pairs = [half(ocmc.compare(study, other, cycles=n, progress=False)) for n in counts[:-1]]
     drawn, ax = figure(height=3.9)
     ax.loglog(counts, mean, "o-", color=BLUE, markersize=4, label="mean")
-    ax.loglog(counts, spread, "s-", color=GREEN, markersize=4, label="mean, cycles that spread evenly")
-    ax.loglog(counts[:-1], pairs, "^-", color=RED, markersize=4, label="difference of two trucks, paired")
+    ax.loglog(
+        counts, spread, "s-", color=GREEN, markersize=4, label="mean, cycles that spread evenly"
+    )
+    ax.loglog(
+        counts[:-1], pairs, "^-", color=RED, markersize=4, label="difference of two trucks, paired"
+    )
     n = np.array([110.0, 9500.0])
     for level in (0.045, 0.48):
         ax.loglog(n, level * np.sqrt(100.0 / n) * 3.0, ":", color="0.7", linewidth=0.8)
     percent = 0.01 * 38.12
     ax.axhline(percent, color="0.4", linewidth=0.9)
     ax.annotate("1 % of the mean", (9300.0, 1.06 * percent), fontsize=8.5, color="0.3", ha="right")
-    ax.set(xlabel="cycles", ylabel="half of the 95 % interval, L/100 km", xlim=(110, 9500), ylim=(0.01, 3.0))
+    ax.set(
+        xlabel="cycles",
+        ylabel="half of the 95 % interval, L/100 km",
+        xlim=(110, 9500),
+        ylim=(0.01, 3.0),
+    )
     ax.set_xticks(counts, labels=[f"{n:,}" for n in counts])
     ax.set_yticks([0.01, 0.03, 0.1, 0.3, 1.0, 3.0], labels=["0.01", "0.03", "0.1", "0.3", "1", "3"])
     ax.minorticks_off()
@@ -217,7 +263,7 @@ def precision():
 
 
 def ranges():
-    """Which share of battery trucks arrives, by the length of the trip: all, winter, summer."""
+    """Share of battery trucks that arrive, by the length of the trip: all, winter, summer."""
     answer = ocmc.Study("battery-truck").range(cycles=1500, progress=False)
     drawn, ax = figure(height=3.9)
     curve = answer["curve"]
@@ -238,14 +284,26 @@ def ranges():
             label=group,
         )
     for wanted in (0.95, 0.5):
-        reached = next(point["range_m"] for point in answer["arriving"] if point["share"] == wanted) / 1000.0
+        reached = (
+            next(point["range_m"] for point in answer["arriving"] if point["share"] == wanted)
+            / 1000.0
+        )
         ax.plot([0.0, reached, reached], [wanted, wanted, 0.0], color="0.4", linewidth=0.9)
         ax.annotate(f"{reached:.0f} km", (reached + 4.0, 0.03), fontsize=8.5, color="0.25")
         ax.annotate(
-            f"{100.0 * wanted:.0f} % arrive", (104.0, wanted - 0.035), fontsize=8.5, color="0.25", va="center"
+            f"{100.0 * wanted:.0f} % arrive",
+            (104.0, wanted - 0.035),
+            fontsize=8.5,
+            color="0.25",
+            va="center",
         )
     ax.yaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set(xlabel="length of the trip, km", ylabel="share that arrives", xlim=(100, 500), ylim=(0, 1.03))
+    ax.set(
+        xlabel="length of the trip, km",
+        ylabel="share that arrives",
+        xlim=(100, 500),
+        ylim=(0, 1.03),
+    )
     ax.legend(loc="upper right")
     return drawn
 
@@ -264,9 +322,17 @@ def trucks():
     beyond = np.abs(mean - fleet) > half
     drawn, (ax, side) = figure(1, 2, height=3.9, width_ratios=[3.0, 1.0])
     place = np.arange(200)
-    for which, colour, name in [(~beyond, GREY, "interval holds it"), (beyond, RED, "interval does not")]:
+    for which, colour, name in [
+        (~beyond, GREY, "interval holds it"),
+        (beyond, RED, "interval does not"),
+    ]:
         ax.vlines(
-            place[which], (mean - half)[which], (mean + half)[which], color=colour, linewidth=0.9, label=name
+            place[which],
+            (mean - half)[which],
+            (mean + half)[which],
+            color=colour,
+            linewidth=0.9,
+            label=name,
         )
         ax.plot(place[which], mean[which], ".", color=colour, markersize=3)
     ax.axhline(fleet, color=BLUE, linewidth=1.2, label="mean of the fleet")

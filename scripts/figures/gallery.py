@@ -1,7 +1,9 @@
-"""Execute the notebooks of the gallery and write their pages: ``scripts/figures/gallery.py [NAME...]``.
+"""Execute the notebooks of the gallery and write their pages.
 
-A page has the notebook's text and code and what the cells show. The caption of a picture is the cell's
-``metadata.caption``.
+``scripts/figures/gallery.py [NAME...]``
+
+A page has the notebook's text and code and what the cells show. The caption of a picture is the
+cell's ``metadata.caption``.
 """
 
 import re

@@ -13,7 +13,7 @@ G_PER_KWH = 3.6e9
 
 
 def curve_law():
-    """Curve speeds: the default law, the paper's printed law and its 25 trucks, and where the law ends."""
+    """Curve speeds: the default law, the paper's law and its 25 trucks, and the law's end."""
     law = ocmc.Study("field-truck").to_dict()["driver"]["curve_speed"]
     printed = ocmc.Study("field-truck-printed").to_dict()["driver"]["curve_speed"]
     simulator = ocmc.Study("simulator-truck").to_dict()["driver"]["curve_speed"]
@@ -29,24 +29,36 @@ def curve_law():
         ax.plot(wide, KMH * np.sqrt(side * wide), ":", color=GREY, linewidth=0.9)
         name = f"{side:.0f} m/s²" + (" to the side" if side == 1.0 else "")
         at = (88.0 / KMH) ** 2 / side
-        ax.annotate(name, (at * 1.02, 84.0), rotation=50, rotation_mode="anchor", fontsize=8, color="0.35")
+        ax.annotate(
+            name, (at * 1.02, 84.0), rotation=50, rotation_mode="anchor", fontsize=8, color="0.35"
+        )
     table = law["table"]
     for exponent, at_reference in zip(table["exponent"], table["reference_speed_mps"], strict=True):
         truck = {"exponent": exponent, "reference_speed_mps": at_reference}
         ax.plot(radius, speed(truck, radius), color=SKY, linewidth=0.6, alpha=0.7)
     ax.plot([], [], color=SKY, linewidth=0.8, label="the paper's 25 trucks")
-    ax.plot(radius, speed(printed, radius), "--", color=RED, label="the paper's pooled fit, as printed")
+    ax.plot(
+        radius, speed(printed, radius), "--", color=RED, label="the paper's pooled fit, as printed"
+    )
     short = np.geomspace(125.0, 250.0, 50)
-    ax.plot(short, speed(simulator, short), color=GREEN, label="the paper's simulator, 125 to 250 m")
+    ax.plot(
+        short, speed(simulator, short), color=GREEN, label="the paper's simulator, 125 to 250 m"
+    )
     middle, spread = speed(law, radius), np.exp(1.96 * law["driver_sd"])
     ax.fill_between(radius, middle / spread, middle * spread, color=BLUE, alpha=0.15, linewidth=0)
     ax.plot(radius, middle, color=BLUE, linewidth=2.2, label="default law, 95 % of drivers")
     ax.axvline(end_m, color="black", linewidth=0.9)
-    ax.annotate("the law ends here:\nwider curves\nslow no truck", (end_m * 1.04, 26.0), fontsize=8.5)
+    ax.annotate(
+        "the law ends here:\nwider curves\nslow no truck", (end_m * 1.04, 26.0), fontsize=8.5
+    )
     ax.axhline(80.0, color=ORANGE, linewidth=1.0)
     ax.annotate("limit of 80 km/h", (19.0, 81.5), fontsize=8.5, color="0.25")
     ax.set(
-        xscale="log", xlim=(15, 1500), ylim=(0, 110), xlabel="radius, m", ylabel="speed in the curve, km/h"
+        xscale="log",
+        xlim=(15, 1500),
+        ylim=(0, 110),
+        xlabel="radius, m",
+        ylabel="speed in the curve, km/h",
     )
     ax.set_xticks([20, 50, 100, 200, 500, 1000], labels=["20", "50", "100", "200", "500", "1000"])
     ax.minorticks_off()
@@ -105,9 +117,21 @@ def tactical():
     drawn, ax = figure(height=4.2)
     ax.step(x, static, where="mid", color=GREY, linewidth=1.1, label="static: the signs")
     ax.plot(
-        x, back, color=RED, linewidth=1.2, linestyle="--", label=f"sweep back, slope −2·{slower:.2f} m/s²"
+        x,
+        back,
+        color=RED,
+        linewidth=1.2,
+        linestyle="--",
+        label=f"sweep back, slope −2·{slower:.2f} m/s²",
     )
-    ax.plot(x, plan, color=ORANGE, linewidth=3.4, alpha=0.7, label=f"sweep forth, slope 2·{faster:.2f} m/s²")
+    ax.plot(
+        x,
+        plan,
+        color=ORANGE,
+        linewidth=3.4,
+        alpha=0.7,
+        label=f"sweep forth, slope 2·{faster:.2f} m/s²",
+    )
     position, speed = column(trace, "position_m"), column(trace, "speed_mps")
     ax.plot(position, speed**2, color=BLUE, linewidth=1.3, label="driven by the program")
     for kmh in (30, 60, 80):
@@ -147,11 +171,16 @@ def pedals():
         (band, "--", "in the band"),
     ]:
         brake = -scale * gain * np.minimum(error + width, 0.0)
-        left.plot(error, -100.0 * np.clip(brake, 0.0, 1.0), style, color=RED, label=f"brake, {name}")
+        left.plot(
+            error, -100.0 * np.clip(brake, 0.0, 1.0), style, color=RED, label=f"brake, {name}"
+        )
     left.axhline(0.0, color="black", linewidth=0.6)
     left.axvline(0.0, color="black", linewidth=0.6)
     left.set(
-        xlabel="desired − driven speed, m/s", ylabel="pedal, %", ylim=(-60, 105), yticks=[-50, 0, 50, 100]
+        xlabel="desired − driven speed, m/s",
+        ylabel="pedal, %",
+        ylim=(-60, 105),
+        yticks=[-50, 0, 50, 100],
     )
     left.set_yticklabels(["50", "0", "50", "100"])
     left.set_title("the typical driver, proportional part")
@@ -161,7 +190,13 @@ def pedals():
     km = rows["position_m"] / 1000.0
     desired = KMH * rows["desired_speed_mps"]
     right.fill_between(
-        km, desired, desired + KMH * band, color=ORANGE, alpha=0.2, linewidth=0, label="band, 5 km/h"
+        km,
+        desired,
+        desired + KMH * band,
+        color=ORANGE,
+        alpha=0.2,
+        linewidth=0,
+        label="band, 5 km/h",
     )
     right.plot(km, desired, color=ORANGE, label="desired")
     right.plot(km, KMH * rows["speed_mps"], color=BLUE, label="driven")
@@ -188,7 +223,9 @@ def _descent(study, band):
             column(trace, "speed_mps") - column(trace, "desired_speed_mps"),
         )
         held = (
-            (over > 0.9 * band) & (column(trace, "brake") > 0.0) & (column(trace, "desired_speed_mps") > 20.0)
+            (over > 0.9 * band)
+            & (column(trace, "brake") > 0.0)
+            & (column(trace, "desired_speed_mps") > 20.0)
         )
         if held.sum() > 60:  # steps: more than a minute
             return trace, float(np.median(position[held]))
@@ -213,12 +250,17 @@ def shift_lines():
         slope = (fuel[-1] - fuel[-2]) / (known[-1] - known[-2])
         by_row.append(
             np.where(
-                torque <= known[-1], np.interp(torque, known, fuel), fuel[-1] + slope * (torque - known[-1])
+                torque <= known[-1],
+                np.interp(torque, known, fuel),
+                fuel[-1] + slope * (torque - known[-1]),
             )
         )
     fuel = np.array([np.interp(speed, rows, values) for values in np.transpose(by_row)])
     specific = G_PER_KWH * fuel / (torque[:, None] * speed[None, :])
-    full_speed, full = np.asarray(engine["full_load_speed_radps"]), np.asarray(engine["full_load_torque_nm"])
+    full_speed, full = (
+        np.asarray(engine["full_load_speed_radps"]),
+        np.asarray(engine["full_load_torque_nm"]),
+    )
     drag = np.interp(full_speed, rows, engine["drag_torque_nm"])
     specific[torque[:, None] > np.interp(speed, full_speed, full)[None, :]] = np.nan
     drawn, ax = figure(height=4.6)
@@ -261,4 +303,9 @@ def shift_lines():
     return drawn
 
 
-FIGURES = {"curve-law": curve_law, "tactical": tactical, "pedals": pedals, "shift-lines": shift_lines}
+FIGURES = {
+    "curve-law": curve_law,
+    "tactical": tactical,
+    "pedals": pedals,
+    "shift-lines": shift_lines,
+}

@@ -7,7 +7,19 @@ import os
 
 import numpy as np
 import ocmc
-from style import BLUE, GREEN, GREY, KMH, ORANGE, ROOT, SKY, column, figure, first_number, printed_table
+from style import (
+    BLUE,
+    GREEN,
+    GREY,
+    KMH,
+    ORANGE,
+    ROOT,
+    SKY,
+    column,
+    figure,
+    first_number,
+    printed_table,
+)
 
 DATA = ROOT / (os.environ.get("OCMC_DATA") or "../shared/data")
 
@@ -43,7 +55,9 @@ def outside_roads():
     left.set(xlabel="limit, km/h", ylabel="curves with R < 500 m, per km", ylim=(0, 3.9))
     left.grid(visible=False, axis="x")
     left.legend(loc="upper right", fontsize=8.5)
-    right.set(xscale="log", xlim=(40, 500), ylim=(0.5, 1.5), yticks=[], xlabel="radius (20 to 500), m")
+    right.set(
+        xscale="log", xlim=(40, 500), ylim=(0.5, 1.5), yticks=[], xlabel="radius (20 to 500), m"
+    )
     right.set_xticks([50, 100, 200, 400], labels=["50", "100", "200", "400"])
     right.minorticks_off()
     right.set_title("radii, geometric mean ± SD")
@@ -70,7 +84,9 @@ def peers():
         colour = BLUE if name.startswith("ocmc") else GREY
         ax.hlines(place, low, high, color=colour, linewidth=2.4)
         ax.plot(middle, place, "o", color=colour, markersize=7)
-        ax.annotate(f"{middle:,.0f} ns", (1.22 * max(middle, 0.95 * high), place), va="center", fontsize=8.5)
+        ax.annotate(
+            f"{middle:,.0f} ns", (1.22 * max(middle, 0.95 * high), place), va="center", fontsize=8.5
+        )
     ax.set_yticks(places, labels=[name for name, _ in shown])
     ax.set(
         xscale="log",
@@ -88,7 +104,10 @@ def curve_fit():
     path = ROOT / "examples" / "data" / "simulator_curves.csv"
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    curves = {"driver": [row["driver"] for row in rows], "direction": [row["direction"] for row in rows]}
+    curves = {
+        "driver": [row["driver"] for row in rows],
+        "direction": [row["direction"] for row in rows],
+    }
     for name in ("radius_m", "speed_mps"):
         curves[name] = np.array([float(row[name]) for row in rows])
     drawn, ax = figure(height=4.0)
@@ -117,14 +136,29 @@ def vecto():
     target = np.array([float(row["<v>"]) for row in rows])
     slope = np.array([float(row["<grad>"]) for row in rows])
     distance, speed = _vecto()
-    study = ocmc.Study("field-truck-loaded").set("mission.routes", [{"file": str(mission), "weight": 1.0}])
-    study = study.set("simulation.without", ["traffic", "weather", "driver_spread", "vehicle_spread"])
+    study = ocmc.Study("field-truck-loaded").set(
+        "mission.routes", [{"file": str(mission), "weight": 1.0}]
+    )
+    study = study.set(
+        "simulation.without", ["traffic", "weather", "driver_spread", "vehicle_spread"]
+    )
     trace = study.trace(0)
     first_km, last_km = 22.0, 47.0
     drawn, (top, bottom) = figure(2, 1, height=4.4, sharex=True, height_ratios=[2.6, 1.0])
-    top.step(place / 1000.0, target, where="post", color=ORANGE, linewidth=1.3, label="target of the mission")
+    top.step(
+        place / 1000.0,
+        target,
+        where="post",
+        color=ORANGE,
+        linewidth=1.3,
+        label="target of the mission",
+    )
     top.plot(
-        distance / 1000.0, speed, color=GREY, linewidth=1.6, label="VECTO 2.2, its driver and 40 t truck"
+        distance / 1000.0,
+        speed,
+        color=GREY,
+        linewidth=1.6,
+        label="VECTO 2.2, its driver and 40 t truck",
     )
     top.plot(
         column(trace, "position_m") / 1000.0,

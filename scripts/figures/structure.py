@@ -17,7 +17,12 @@ _STAGES = [
         "operating_cycle/ · driver/ · vehicle/",
         GREEN,
     ),
-    ("Speed profile", "the speed that this driver wants\nat each place of this road", "tactical.rs", PURPLE),
+    (
+        "Speed profile",
+        "the speed that this driver wants\nat each place of this road",
+        "tactical.rs",
+        PURPLE,
+    ),
     (
         "Record",
         "totals of one driven cycle:\nfuel, time, each energy (or a trace)",
@@ -44,19 +49,33 @@ def pipeline():
     for number, (name, text, files, colour) in enumerate(_STAGES):
         y = top - height - number * (height + gap)
         box = FancyBboxPatch(
-            (2, y), 60, height, boxstyle="round,pad=0.3,rounding_size=1.5", fc=colour, ec="none", alpha=0.25
+            (2, y),
+            60,
+            height,
+            boxstyle="round,pad=0.3,rounding_size=1.5",
+            fc=colour,
+            ec="none",
+            alpha=0.25,
         )
         ax.add_patch(box)
         ax.text(4, y + height / 2.0, name, va="center", fontsize=11, fontweight="bold")
         ax.text(24, y + height / 2.0, text, va="center", fontsize=9.5)
-        ax.text(66, y + height / 2.0, files, va="center", fontsize=8.5, family="monospace", color="0.25")
+        ax.text(
+            66, y + height / 2.0, files, va="center", fontsize=8.5, family="monospace", color="0.25"
+        )
         if number < len(_STEPS):
             arrow = FancyArrowPatch(
                 (13, y - 0.8), (13, y - gap + 0.8), arrowstyle="-|>", mutation_scale=13, color="0.3"
             )
             ax.add_patch(arrow)
             ax.text(
-                16, y - gap / 2.0, _STEPS[number], va="center", fontsize=8.5, family="monospace", color="0.25"
+                16,
+                y - gap / 2.0,
+                _STEPS[number],
+                va="center",
+                fontsize=8.5,
+                family="monospace",
+                color="0.25",
             )
     ax.text(66, top + 1.0, "in crates/ocmc-core/src/", fontsize=8.5, color="0.35", va="bottom")
     return drawn

@@ -44,7 +44,10 @@ def figure(rows=1, columns=1, *, height=3.6, width=7.4, **options):
 
 
 def draw(figure_of, path):
-    """Draw a figure in this style and write it: the same bytes each time; False where its data are absent."""
+    """Draw a figure in this style and write it: the same bytes each time.
+
+    Return False where its data are absent.
+    """
     with mpl.rc_context(STYLE):
         drawn = figure_of()
         if drawn is None:
@@ -56,7 +59,7 @@ def draw(figure_of, path):
 
 
 def shortened(drawn):
-    """Give the text of an SVG with what one can see of digits and points, and no spaces at ends of lines."""
+    """Give the text of an SVG with its visible digits and points, without trailing spaces."""
     text = _PLACES.sub(lambda places: _AGAIN.sub(r"\1", _LONG.sub(_short, places[0])), drawn)
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
@@ -77,7 +80,7 @@ def column(table, name):
 
 
 def printed_table(*heads):
-    """Give the rows of the guide's table whose first columns have these heads, each as a list of texts."""
+    """Give the rows of the guide's table with these first heads, each as a list of texts."""
     start = re.compile(r"^\| *" + r" *\| *".join(map(re.escape, heads)) + r" *\|")
     for page in sorted(PAGES.rglob("*.md")):
         lines = page.read_text(encoding="utf-8").splitlines()
@@ -87,7 +90,9 @@ def printed_table(*heads):
                 for row in lines[number + 2 :]:
                     if not row.startswith("|"):
                         return rows
-                    rows.append([re.sub(r"[*`]", "", cell).strip() for cell in row.strip("|").split("|")])
+                    rows.append(
+                        [re.sub(r"[*`]", "", cell).strip() for cell in row.strip("|").split("|")]
+                    )
                 return rows
     raise LookupError(f"no page has a table that begins with {' | '.join(heads)}")
 

@@ -1,4 +1,4 @@
-"""What trucks meet: a drawn road, the forces on it, the seasons."""
+"""Surroundings of trucks: a drawn road, the forces on it, the seasons."""
 
 import numpy as np
 import ocmc
@@ -6,14 +6,20 @@ from driving import drive
 from style import BLUE, GREEN, GREY, KMH, ORANGE, PALE, PURPLE, RED, SKY, column, figure
 
 GRAVITY_MPS2 = 9.81
-_TYPES = {"urban": ("0.78", "urban"), "rural": ("0.93", "rural"), "motorway": ("#d9ecf7", "motorway")}
+_TYPES = {
+    "urban": ("0.78", "urban"),
+    "rural": ("0.93", "rural"),
+    "motorway": ("#d9ecf7", "motorway"),
+}
 
 
 def road():
     """One drawn road: altitude, signs on its road types, curvature, events."""
     tracks, _ = drive()
     last_km = 100.0
-    drawn, (height, signs, curves) = figure(3, 1, height=5.4, sharex=True, height_ratios=[1.5, 1.7, 1.2])
+    drawn, (height, signs, curves) = figure(
+        3, 1, height=5.4, sharex=True, height_ratios=[1.5, 1.7, 1.2]
+    )
     altitude = tracks["altitude_m"]
     above = column(altitude, "value")
     height.fill_between(
@@ -23,7 +29,9 @@ def road():
     types = tracks["road_type"]
     ends = np.append(column(types, "position_m")[1:], 1000.0 * last_km) / 1000.0
     named = set()
-    for start, end, kind in zip(column(types, "position_m") / 1000.0, ends, types["value"], strict=True):
+    for start, end, kind in zip(
+        column(types, "position_m") / 1000.0, ends, types["value"], strict=True
+    ):
         colour, name = _TYPES[kind]
         signs.axvspan(start, end, color=colour, linewidth=0, label=None if kind in named else name)
         named.add(kind)
@@ -39,14 +47,21 @@ def road():
     for row, (name, (sign, colour, names)) in enumerate(kinds.items()):
         places = np.concatenate([column(tracks[track], "position_m") for track in names]) / 1000.0
         signs.plot(
-            places, np.full(places.size, 24.0 - 8.0 * row), sign, color=colour, markersize=4.5, label=name
+            places,
+            np.full(places.size, 24.0 - 8.0 * row),
+            sign,
+            color=colour,
+            markersize=4.5,
+            label=name,
         )
     signs.set(ylabel="km/h", ylim=(0, 135))
     signs.legend(ncols=4, loc="upper left", fontsize=8)
     bends = tracks["curvature_per_m"]
     place, value = column(bends, "position_m") / 1000.0, 1000.0 * column(bends, "value")
     turned = np.abs(value) > 0.0
-    curves.vlines(place[turned], 0.0, np.clip(value[turned], -25.0, 25.0), color=BLUE, linewidth=0.9)
+    curves.vlines(
+        place[turned], 0.0, np.clip(value[turned], -25.0, 25.0), color=BLUE, linewidth=0.9
+    )
     curves.axhline(0.0, color="black", linewidth=0.6)
     curves.set(ylabel="curvature, 1/km\nleft +, right −", xlabel="position, km", ylim=(-26, 26))
     drawn.align_ylabels()
@@ -55,7 +70,9 @@ def road():
 
 def forces():
     """Tractive effort by gear over the resistances of a truck of 40 t."""
-    study = ocmc.Study("field-truck-loaded").set("simulation.without", ["driver_spread", "vehicle_spread"])
+    study = ocmc.Study("field-truck-loaded").set(
+        "simulation.without", ["driver_spread", "vehicle_spread"]
+    )
     run = study.run(cycles=20, progress=False)
     vehicle = study.to_dict()["vehicle"]
     engine, box = (
@@ -91,13 +108,20 @@ def forces():
         label="drag, still air",
     )
     ax.plot([], [], color=RED, label="needed at a steady speed, by slope")
-    turns, full = np.asarray(engine["full_load_speed_radps"]), np.asarray(engine["full_load_torque_nm"])
+    turns, full = (
+        np.asarray(engine["full_load_speed_radps"]),
+        np.asarray(engine["full_load_torque_nm"]),
+    )
     turned = np.linspace(turns[0], 219.0, 120)
     for number, ratio in enumerate(box["ratio"], start=1):
         loss = box["direct_loss_share"] if ratio == 1.0 else box["indirect_loss_share"]
         torque = np.interp(turned, turns, full)
-        shaft = ratio * (torque * (1.0 - loss) - box["loss_torque_nm"] - box["loss_torque_nms"] * turned)
-        wheel = (shaft * (1.0 - box["axle_loss_share"]) - box["axle_loss_torque_nm"]) * box["axle_ratio"]
+        shaft = ratio * (
+            torque * (1.0 - loss) - box["loss_torque_nm"] - box["loss_torque_nms"] * turned
+        )
+        wheel = (shaft * (1.0 - box["axle_loss_share"]) - box["axle_loss_torque_nm"]) * box[
+            "axle_ratio"
+        ]
         at = KMH * turned * vehicle["wheel_radius_m"] / (ratio * box["axle_ratio"])
         ax.plot(
             at,
@@ -123,7 +147,9 @@ def forces():
 def seasons():
     """Consumption and temperature by month."""
     run = ocmc.Study("field-truck").run(cycles=6000, progress=False)
-    month = np.minimum((column(run, "departure_s_of_year") / 86400.0 / 365.0 * 12.0).astype(int), 11)
+    month = np.minimum(
+        (column(run, "departure_s_of_year") / 86400.0 / 365.0 * 12.0).astype(int), 11
+    )
     fuel, km = column(run, "fuel_kg") / 0.836, column(run, "distance_m") / 1000.0
     mean, half, celsius, spread = [], [], [], []
     for number in range(12):
@@ -141,12 +167,18 @@ def seasons():
     litres.errorbar(place, mean, yerr=half, fmt="o", color=BLUE, capsize=3)
     litres.axhline(100.0 * fuel.sum() / km.sum(), color=GREY, linewidth=1.0)
     litres.annotate(
-        "the year", (11.45, 100.0 * fuel.sum() / km.sum() + 0.06), ha="right", fontsize=8.5, color="0.3"
+        "the year",
+        (11.45, 100.0 * fuel.sum() / km.sum() + 0.06),
+        ha="right",
+        fontsize=8.5,
+        color="0.3",
     )
     litres.set(ylabel="L/100 km", xlim=(-0.5, 11.5))
     litres.set_title("mean of each month's trips, with its 95 % interval")
     celsius, spread = np.array(celsius), np.array(spread)
-    degrees.fill_between(place, celsius - spread, celsius + spread, color=ORANGE, alpha=0.25, linewidth=0)
+    degrees.fill_between(
+        place, celsius - spread, celsius + spread, color=ORANGE, alpha=0.25, linewidth=0
+    )
     degrees.plot(place, celsius, "o-", color=ORANGE, markersize=4)
     degrees.axhline(0.0, color="black", linewidth=0.6)
     degrees.set(ylabel="air, °C")

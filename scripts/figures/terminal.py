@@ -1,6 +1,7 @@
 """Draw the terminal's picture of the README: ``ocmc --cycles 10000``, as docs/images/run.svg.
 
-``scripts/figures/terminal.py [PROGRAM]`` writes it: the quickest of five runs, as others may use the machine.
+``scripts/figures/terminal.py [PROGRAM]`` writes it: the quickest of five runs, as others may use
+the machine.
 """
 
 import html
@@ -23,7 +24,8 @@ def picture(answer: str) -> str:
     height = TOP + LINE * len(lines) + 20
     texts = [f'<text xml:space="preserve" x="{LEFT}" y="{TOP}" fill="#8fbcbb">$ {COMMAND}</text>']
     texts += [
-        f'<text xml:space="preserve" x="{LEFT}" y="{TOP + LINE * (k + 1)}">{html.escape(line)}</text>'
+        f'<text xml:space="preserve" x="{LEFT}" '
+        f'y="{TOP + LINE * (k + 1)}">{html.escape(line)}</text>'
         for k, line in enumerate(lines)
     ]
     size = f'width="{WIDTH}" height="{height}" viewBox="0 0 {WIDTH} {height}"'
@@ -50,7 +52,8 @@ def main() -> None:
     program = sys.argv[1] if len(sys.argv) > 1 else "ocmc"
     command = [program, *COMMAND.split()[1:]]
     answers = [
-        subprocess.run(command, check=True, capture_output=True, text=True).stdout for _ in range(RUNS)
+        subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        for _ in range(RUNS)
     ]
     OUT.write_text(picture(min(answers, key=took_s)))
 

@@ -81,7 +81,7 @@ class Browser:
         self._profile.cleanup()
 
     def size(self, width, height=900, *, dark=False, media=""):
-        """Set the size of the window in CSS pixels, the colours that the person prefers, and the medium."""
+        """Set the window's size in CSS pixels, the preferred colours, and the medium."""
         self._ask(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -105,14 +105,18 @@ class Browser:
 
     def value(self, expression):
         """Evaluate JavaScript in the page; promises are awaited."""
-        answer = self._ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        answer = self._ask(
+            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
+        )
         if "exceptionDetails" in answer:
             raise RuntimeError(f"{expression}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
 
     def picture(self, path):
         """Write what the window shows as PNG."""
-        Path(path).write_bytes(base64.b64decode(self._ask("Page.captureScreenshot", format="png")["data"]))
+        Path(path).write_bytes(
+            base64.b64decode(self._ask("Page.captureScreenshot", format="png")["data"])
+        )
 
     def _ask(self, method, **parameters):
         self._number += 1

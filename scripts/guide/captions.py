@@ -1,8 +1,10 @@
-"""Give the figures of a page their captions: a picture that is a paragraph of its own shows its words."""
+"""Give the figures of a page their captions: a picture in its own paragraph shows its words."""
 
 import re
 
-_FENCE = r"^(?P<indent>[ >]*)(?P<fence>`{3,}|~{3,})[^\n]*\n(?:.*?\n)??(?P=indent) *(?P=fence)[`~]*[ ]*$"
+_FENCE = (
+    r"^(?P<indent>[ >]*)(?P<fence>`{3,}|~{3,})[^\n]*\n(?:.*?\n)??(?P=indent) *(?P=fence)[`~]*[ ]*$"
+)
 _FIGURE = r"(?<=\n\n)!\[(?P<words>[^\]]+)\]\((?P<file>[^)\s]+)\)(?=\n\n|\n?\Z)"
 _PARTS = re.compile(f"{_FENCE}|{_FIGURE}", re.MULTILINE | re.DOTALL)
 

@@ -22,7 +22,11 @@ def build(mdbook, book):
     if book.exists():
         shutil.rmtree(book)
     answer = subprocess.run(
-        [mdbook, "build", "docs", "--dest-dir", book], cwd=ROOT, capture_output=True, text=True, check=False
+        [mdbook, "build", "docs", "--dest-dir", book],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     lines = answer.stderr.splitlines()
     complaints = [line.strip() for line in lines if line.lstrip().startswith(("WARN", "ERROR"))]
@@ -44,8 +48,12 @@ def main():
         "figures of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
         f"{layout.DESK} px and no page is wider than the screen at {layout.PHONE} px.",
     )
-    parser.add_argument("--out", default=ROOT / "target" / "book", help="where the guide goes (target/book)")
-    parser.add_argument("--no-browser", action="store_true", help="what needs no browser: some seconds")
+    parser.add_argument(
+        "--out", default=ROOT / "target" / "book", help="where the guide goes (target/book)"
+    )
+    parser.add_argument(
+        "--no-browser", action="store_true", help="what needs no browser: some seconds"
+    )
     parser.add_argument(
         "--slow", action="store_true", help="slow commands of docs/figures.toml, too: minutes"
     )
@@ -77,7 +85,8 @@ def main():
     seen += f", {typed} searches" if typed else ", search skipped: node is not installed"
     took_s = time.monotonic() - begun
     print(
-        f"{len(pages)} pages, {links} links, {pictures} pictures, {seen}: {len(found)} faults, {took_s:.0f} s"
+        f"{len(pages)} pages, {links} links, {pictures} pictures, {seen}: {len(found)} faults, "
+        f"{took_s:.0f} s"
     )
     sys.exit(1 if found else 0)
 

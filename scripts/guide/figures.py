@@ -23,12 +23,19 @@ _STUDY = re.compile(r"```toml\n(# (\S+\.toml): .*?)```", re.DOTALL)
 
 
 def faults(slow):
-    """Return (how many commands ran, the faults as (page, sentence)); without the program none runs."""
+    """Return the number of commands that ran, and the faults as (page, sentence).
+
+    Without the program none runs.
+    """
     commands = tomllib.loads(LIST.read_text(encoding="utf-8"))
     texts = {page: _text(ROOT / page) for page in commands["given"]}
     found = [fault for page in texts for fault in _unlisted(page, texts[page], commands)]
     runs = [command for command in commands["command"] if command["run"].startswith("ocmc")]
-    runs = [command for command in runs if slow or "slow" not in command] if shutil.which("ocmc") else []
+    runs = (
+        [command for command in runs if slow or "slow" not in command]
+        if shutil.which("ocmc")
+        else []
+    )
     for command in runs:
         found += _differences(command, texts[command["page"]])
     return len(runs), [(ROOT / page, fault) for page, fault in found]
@@ -37,7 +44,11 @@ def faults(slow):
 def _text(path):
     text = path.read_text(encoding="utf-8")
     # the picture of an answer is that answer
-    return f"```text\n{html.unescape(re.sub('<[^>]*>', '', text))}\n```" if path.suffix == ".svg" else text
+    return (
+        f"```text\n{html.unescape(re.sub('<[^>]*>', '', text))}\n```"
+        if path.suffix == ".svg"
+        else text
+    )
 
 
 def _unlisted(page, text, commands):
@@ -93,7 +104,9 @@ def _agree(figure, taken):
         for numbers in (re.findall(_NUMBER, figure), taken)
     )
     pairs = zip(quoted, taken, strict=False)
-    return all(round(float(exact), len(shown.partition(".")[2])) == float(shown) for shown, exact in pairs)
+    return all(
+        round(float(exact), len(shown.partition(".")[2])) == float(shown) for shown, exact in pairs
+    )
 
 
 def _in_line(text):

@@ -1,20 +1,24 @@
 r"""Mark the formulas of a page.
 
-``$…$`` within a line and ``$$…$$`` become spans whose every sign is escaped, so that Markdown leaves
-underscores, backslashes and bars alone, in tables too; ``docs/src/guide.js`` typesets them in the browser.
-Code is never a formula. A dollar is money or shell where a space follows it, where a space stands before
-its partner, or a letter or digit after it, and where it is written ``\$``.
+``$…$`` within a line and ``$$…$$`` become spans whose every sign is escaped, so that Markdown
+leaves underscores, backslashes and bars alone, in tables too; ``docs/src/guide.js`` typesets them
+in the browser. Code is never a formula. A dollar is money or shell where a space follows it, where
+a space stands before its partner, or a letter or digit after it, and where it is written ``\$``.
 """
 
 import re
 
-_FENCE = r"^(?P<indent>[ >]*)(?P<fence>`{3,}|~{3,})[^\n]*\n(?:.*?\n)??(?P=indent) *(?P=fence)[`~]*[ ]*$"
+_FENCE = (
+    r"^(?P<indent>[ >]*)(?P<fence>`{3,}|~{3,})[^\n]*\n(?:.*?\n)??(?P=indent) *(?P=fence)[`~]*[ ]*$"
+)
 _CODE = r"(?P<ticks>`+)(?!`)(?:[^`]|(?!(?P=ticks)(?!`))`+)+?(?<!`)(?P=ticks)(?!`)"
 _COMMENT = r"<!--.*?-->"
 _ESCAPED = r"\\[\\$`]"
 _DISPLAY = r"\$\$(?P<display>(?:[^$\n]|\\\$|\n(?!\s*\n))+?)\$\$"
 _INLINE = r"(?<![\w$])\$(?P<inline>(?![\s$])(?:\\.|[^\\$\n]|\n(?!\s*\n))*?(?<!\s))\$(?![\w$])"
-_PARTS = re.compile(f"{_FENCE}|{_COMMENT}|{_CODE}|{_ESCAPED}|{_DISPLAY}|{_INLINE}", re.MULTILINE | re.DOTALL)
+_PARTS = re.compile(
+    f"{_FENCE}|{_COMMENT}|{_CODE}|{_ESCAPED}|{_DISPLAY}|{_INLINE}", re.MULTILINE | re.DOTALL
+)
 
 
 def marked(text):
@@ -32,6 +36,7 @@ def _part(match):
 
 def _span(name, tex):
     signs = (
-        c if c.isalnum() or c == " " or not c.isascii() else f"&#{ord(c)};" for c in " ".join(tex.split())
+        c if c.isalnum() or c == " " or not c.isascii() else f"&#{ord(c)};"
+        for c in " ".join(tex.split())
     )
     return f'<span class="{name}">{"".join(signs)}</span>'

@@ -1,4 +1,5 @@
-// Answers what a reader would see cut on the page; `atDesk` says whether the window is that of a desk.
+// Answers what a reader would see cut on the page; `atDesk` says whether the window is that of a
+// desk.
 atDesk => {
     const main = document.querySelector("main");
     const named = e => {
@@ -6,12 +7,15 @@ atDesk => {
         return `<${e.tagName.toLowerCase()}> "${text}"`;
     };
     const found = [];
-    for (const e of main.querySelectorAll(".katex-error")) found.push(`TeX is wrong: ${e.title || named(e)}`);
+    for (const e of main.querySelectorAll(".katex-error")) {
+        found.push(`TeX is wrong: ${e.title || named(e)}`);
+    }
     for (const e of main.querySelectorAll("span.math:not(:has(.katex))")) {
         found.push(`not typeset: ${named(e)}`);
     }
     for (const font of document.fonts) {
-        if (font.status === "error") found.push(`font ${font.family} ${font.weight} ${font.style} is not there`);
+        if (font.status !== "error") continue;
+        found.push(`font ${font.family} ${font.weight} ${font.style} is not there`);
     }
     for (const e of main.querySelectorAll("img")) {
         if (e.naturalWidth === 0) found.push(`picture ${e.getAttribute("src")} is not drawn`);
@@ -26,13 +30,16 @@ atDesk => {
             text.selectNodeContents(e);
             const height = text.getBoundingClientRect().height;
             const lines = height / parseFloat(getComputedStyle(e).lineHeight);
-            if (lines > 8 && e.clientWidth < 200) found.push(`squeezed to ${e.clientWidth} px: ${named(e)}`);
+            if (lines > 8 && e.clientWidth < 200) {
+                found.push(`squeezed to ${e.clientWidth} px: ${named(e)}`);
+            }
         }
     }
     const whole = [document.documentElement, ...document.querySelectorAll(".page, .content")];
     for (const e of whole) {
         const over = e.scrollWidth - e.clientWidth;
-        if (over > 0) found.push(`the page is ${over} px wider than the screen (${e.className || "html"})`);
+        const name = e.className || "html";
+        if (over > 0) found.push(`the page is ${over} px wider than the screen (${name})`);
     }
     const right = main.getBoundingClientRect().right + 1;
     const hides = e => /auto|scroll|hidden/.test(getComputedStyle(e).overflowX);

@@ -1,4 +1,4 @@
-"""What a browser shows of the guide: nothing cut at a desk, nothing wider than the screen of a phone."""
+"""Layout of the guide in a browser: nothing cut at a desk, nothing wider than a phone."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -12,7 +12,7 @@ _FAULTS = Path(__file__).with_name("layout.js").read_text(encoding="utf-8").stri
 
 
 def faults(program, pages, browsers=2):
-    """Give what a reader of the pages would see cut, each as (page, sentence), by some browsers at once."""
+    """Give what a reader of the pages would see cut, as (page, sentence), by several browsers."""
     shares = [list(pages)[first::browsers] for first in range(browsers)]
     with ThreadPoolExecutor(browsers) as threads:
         found = threads.map(lambda share: list(_seen(program, share)), shares)

@@ -1,10 +1,11 @@
-"""The built guide as a set of pages: where links lead, which pictures are shown, what is left of formulas."""
+"""Pages of the built guide: targets of links, pictures shown, and formulas not rendered."""
 
 import re
 from html.parser import HTMLParser
 from urllib.parse import unquote, urlsplit
 
-# made by mdBook for itself: all pages in one, the page of a missing page, the table of contents as a frame
+# made by mdBook for itself: all pages in one, the page of a missing page, the table of contents as
+# a frame
 NOT_PAGES = {"print.html", "404.html", "toc.html"}
 
 
@@ -69,7 +70,9 @@ def _link_fault(page, link, pages):
     parts = urlsplit(link)
     if parts.scheme in {"http", "https", "mailto"}:
         return None
-    target = (page.path.parent / unquote(parts.path)).resolve() if parts.path else page.path.resolve()
+    target = (
+        (page.path.parent / unquote(parts.path)).resolve() if parts.path else page.path.resolve()
+    )
     if not target.is_file():
         return f"link {link} leads nowhere"
     if parts.fragment and target in pages and unquote(parts.fragment) not in pages[target].anchors:

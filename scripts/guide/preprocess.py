@@ -1,4 +1,4 @@
-"""The preprocessor of mdBook: formulas are marked, figures get captions, the page in a tab its link."""
+"""Preprocessor of mdBook: marks formulas, captions figures, and links the page in a tab."""
 
 import json
 import sys
@@ -7,9 +7,13 @@ from pathlib import Path
 from captions import captioned
 from formulas import marked
 
-# where the front page has its link to the page in a tab, if `scripts/build-tab docs/src/tab` has built one
+# where the front page has its link to the page in a tab, if `scripts/build-tab docs/src/tab` has
+# built one
 MARK = "<!-- ask in this tab -->"
-LINK = "**[Ask in this tab](tab/index.html)** what a fleet uses in a year: nothing is installed or sent."
+LINK = (
+    "**[Ask in this tab](tab/index.html)** what a fleet uses in a year: nothing is installed or "
+    "sent."
+)
 TAB = Path(__file__).resolve().parents[2] / "docs" / "src" / "tab" / "index.html"
 
 

@@ -27,7 +27,9 @@
         const whole = (moves ? svg : frame).getBoundingClientRect();
         for (const [e, box] of texts) {
             const beyond = Math.max(box.right - whole.right, whole.left - box.left);
-            if (beyond > (moves ? 8 : 1)) found.push(`"${words(e)}" stands ${beyond.toFixed(0)} px beyond its picture`);
+            if (beyond > (moves ? 8 : 1)) {
+                found.push(`"${words(e)}" stands ${beyond.toFixed(0)} px beyond its picture`);
+            }
         }
         found.push(...lying(boxes(svg, "rect.bar"), texts));
     }
@@ -38,7 +40,8 @@
         const told = bars.map(([bar, box]) => {
             // the number of a row, also where its bar reaches into it
             const beside = texts.find(([e, at]) =>
-                at.left > box.left && at.top < box.bottom && at.bottom > box.top && /^-?[\d.,]+ /.test(words(e)));
+                at.left > box.left && at.top < box.bottom && at.bottom > box.top
+                    && /^-?[\d.,]+ /.test(words(e)));
             if (beside) return [parseFloat(words(beside[0]).replace(/,/g, "")), box.width];
             const count = /: ([\d,]+) /.exec(bar.querySelector("title")?.textContent ?? "");
             return count && [parseFloat(count[1].replace(/,/g, "")), box.height];
@@ -46,8 +49,10 @@
         const [most, longest] = told.reduce((a, b) => (b[1] > a[1] ? b : a), [1, 1]);
         // what is told is rounded
         const unit = told.every(([value]) => Number.isInteger(value)) ? 1 : 0.1;
+        const off = (value, length) => Math.abs(length / longest - value / most);
+        const that = `that of ${most} ${longest.toFixed(0)} px`;
         return told
-            .filter(([value, length]) => Math.abs(length / longest - value / most) > 0.01 + unit / most)
-            .map(([value, length]) => `a bar of ${value} is ${length.toFixed(0)} px long, that of ${most} ${longest.toFixed(0)} px`);
+            .filter(([value, length]) => off(value, length) > 0.01 + unit / most)
+            .map(([value, length]) => `a bar of ${value} is ${length.toFixed(0)} px long, ${that}`);
     }
 }

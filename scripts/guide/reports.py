@@ -30,14 +30,22 @@ name = "electric"
 study = "electric-regional"
 trucks = 3
 """
-# commands by the kind of the report: each writes KIND/report.html, or the run that `ocmc report` reads
+# commands by the kind of the report: each writes KIND/report.html, or the run that `ocmc report`
+# reads
 COMMANDS = {
     "run": ["--cycles", 400],
     "one-cycle": ["--cycles", 1],
     "trucks": ["--study", "long-haul", "--trucks", 20, "--trips", 30],
     "charging": ["--study", "electric-regional", "--trucks", 8, "--trips", 30],
     "fuel-cell": ["--study", "fuel-cell-truck", "--cycles", 100],
-    "compare-key": ["compare", "field-truck", "--set", "vehicle.drag_area_m2.median=4.5", "--cycles", 200],
+    "compare-key": [
+        "compare",
+        "field-truck",
+        "--set",
+        "vehicle.drag_area_m2.median=4.5",
+        "--cycles",
+        200,
+    ],
     "compare-studies": ["compare", "field-truck", "long-haul", "battery-truck", "--cycles", 200],
     "sensitivity": ["sensitivity", "--cycles", 100, "--shapley"],
     "doubt": ["doubt", "--cycles", 100],
@@ -91,7 +99,8 @@ def faults(browser, path, axe):
 
 _RULES = """axe.run().then(answer => answer.violations
     .filter(rule => ["serious", "critical"].includes(rule.impact))
-    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), ${rule.nodes[0].html.slice(0, 80)}`))"""
+    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), `
+        + rule.nodes[0].html.slice(0, 80)))"""
 
 
 def main():
@@ -104,7 +113,9 @@ def main():
     )
     parser.add_argument("ocmc", help="the program")
     parser.add_argument("--axe", type=Path, help="axe.min.js of axe-core: its serious rules, too")
-    parser.add_argument("--slow", action="store_true", help="the page of `ocmc learn`, too: a minute")
+    parser.add_argument(
+        "--slow", action="store_true", help="the page of `ocmc learn`, too: a minute"
+    )
     parser.add_argument("--pictures", type=Path, help="where pictures of the whole pages go")
     options = parser.parse_args()
     program = chromium()

@@ -32,8 +32,8 @@ MOST_ELEMENTS = 200
 SOON_S = 0.3
 BUSY = 3.0
 LATE_S = 1.5
-# the same in a tab, whose engine is slower; a median of more, by the work that waits for a processor, is
-# a fault
+# the same in a tab, whose engine is slower; a median of more, by the work that waits for a
+# processor, is a fault
 SOON_IN_TAB_S = 1.0
 # lines of numbers that an answer has at least
 FEWEST_LINES = 20
@@ -72,16 +72,22 @@ ROWS = """[...document.querySelectorAll('#parts tbody tr, #tables tbody tr')]
     .map(row => [...row.cells].map(cell => cell.textContent).join(' '))"""
 AXE = """axe.run().then(answer => answer.violations
     .filter(rule => ["serious", "critical"].includes(rule.impact))
-    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), ${rule.nodes[0].html.slice(0, 100)}`))"""
+    .map(rule => `${rule.id}: ${rule.help} (${rule.nodes.length}), `
+        + rule.nodes[0].html.slice(0, 100)))"""
 CONTROLS = """[...document.querySelectorAll(
     'a[href], button, input, select, textarea, summary, [tabindex="0"]')]
     .filter(e => !e.disabled && e.tabIndex >= 0 && e.checkVisibility({visibilityProperty: true}))"""
-NAMED = "e => e.id || e.getAttribute('aria-label') || e.textContent.trim().slice(0, 40) || e.tagName"
+NAMED = (
+    "e => e.id || e.getAttribute('aria-label') || e.textContent.trim().slice(0, 40) || e.tagName"
+)
 # Moves a slider and gives the time until the totals are other ones, in ms.
 MOVE = """(value => new Promise((done, failed) => {
     const slider = document.querySelector('input[type="range"][aria-label^="Air drag"]');
     const begun = performance.now();
-    const late = setTimeout(() => { seen.disconnect(); failed(new Error('no number within 10 s')); }, 10000);
+    const late = setTimeout(() => {
+        seen.disconnect();
+        failed(new Error('no number within 10 s'));
+    }, 10000);
     const seen = new MutationObserver(() => {
         clearTimeout(late);
         seen.disconnect();
@@ -149,7 +155,7 @@ class Hosted:
 
 
 class Check:
-    """What one pass over the page finds."""
+    """Findings of one pass over the page."""
 
     def __init__(self, tab, ocmc, options, folder):
         self.tab, self.ocmc, self.options, self.folder = tab, ocmc, options, folder
@@ -199,7 +205,9 @@ class Check:
         given = TRACKS if self.options.tab else [*TRACKS, EXPORT / "trips.xlsx"]
         tab.give("#choose", given)
         tab.until(f"document.querySelectorAll('.file').length === {len(given)}")
-        for reason in tab.value("[...document.querySelectorAll('.file > .warning')].map(e => e.textContent)"):
+        for reason in tab.value(
+            "[...document.querySelectorAll('.file > .warning')].map(e => e.textContent)"
+        ):
             self.fault(f"a file is not taken: {reason}")
         if tab.value("document.querySelectorAll('.file svg').length") < 2 * len(TRACKS):
             self.fault("a track has no sketch")
@@ -250,7 +258,10 @@ class Check:
         work.mkdir()
         (work / "groups.toml").write_text(FLEET, encoding="utf-8")
         tab.give("#choose", [work / "groups.toml"])
-        card = "[...document.querySelectorAll('.file')].find(e => e.textContent.includes('groups.toml'))"
+        card = (
+            "[...document.querySelectorAll('.file')].find(e => "
+            "e.textContent.includes('groups.toml'))"
+        )
         buttons = f"[...({card})?.querySelectorAll('button') ?? []]"
         press = f"{buttons}.find(e => e.textContent.startsWith('Drive'))"
         tab.until(press)
@@ -260,7 +271,11 @@ class Check:
         self.settled()
         self.looks("4-fleet")
         done = subprocess.run(
-            [self.ocmc, "--study", "groups.toml"], cwd=work, capture_output=True, text=True, check=False
+            [self.ocmc, "--study", "groups.toml"],
+            cwd=work,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         printed = {" ".join(line.split()) for line in done.stdout.splitlines()}
         missing = [line for line in tab.value(GROUPS) if line not in printed]
@@ -292,7 +307,9 @@ class Check:
             return
         for track in TRACKS:
             shutil.copy(track, work)
-        done = subprocess.run([self.ocmc, *arguments], cwd=work, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [self.ocmc, *arguments], cwd=work, capture_output=True, text=True, check=False
+        )
         if done.returncode != 0:
             self.fault(f"{program} {shlex.join(arguments)}: {done.stderr.strip()}")
             return
@@ -301,7 +318,9 @@ class Check:
         shown = [" ".join(line.split()) for line in tab.value(f"[...{TOTALS}, ...{ROWS}]")]
         missing = [line for line in shown if line not in printed]
         if missing or len(shown) < FEWEST_LINES:
-            self.fault(f"{len(missing)} of {len(shown)} lines are not those of the command: {missing[:3]}")
+            self.fault(
+                f"{len(missing)} of {len(shown)} lines are not those of the command: {missing[:3]}"
+            )
         self.told.append(f"{len(shown)} lines of numbers as of the command")
 
     def same_cost(self):
@@ -343,7 +362,8 @@ class Check:
                     if (!e || e === document.body) return window.reached.size;
                     window.reached.add(e);
                     const style = getComputedStyle(e);
-                    if (style.outlineStyle === 'none' && style.boxShadow === 'none') window.unseen.push(e);
+                    if (style.outlineStyle === 'none' && style.boxShadow === 'none')
+                        window.unseen.push(e);
                     return window.reached.size;
                 })()"""
             )
@@ -364,14 +384,17 @@ class Check:
         median, longest = statistics.median(times), max(times)
         in_tab = self.options.tab
         aim = f"aim {SOON_IN_TAB_S if in_tab else SOON_S} s"
-        self.told.append(f"number after a change: median {median:.2f} s, longest {longest:.2f} s, {aim}")
+        self.told.append(
+            f"number after a change: median {median:.2f} s, longest {longest:.2f} s, {aim}"
+        )
         most, late = BUSY * SOON_S, LATE_S
         if in_tab:
             most = SOON_IN_TAB_S * max(1.0, os.getloadavg()[0] / os.cpu_count())
             late = 2.0 * most
         if median > most or longest > late:
             self.fault(
-                f"the number comes {median:.2f} s after a change in the median, {longest:.2f} s at most"
+                f"the number comes {median:.2f} s after a change in the median, {longest:.2f} s at "
+                "most"
             )
 
     def memory(self):
@@ -398,14 +421,17 @@ class Check:
         """Calibrate to the table of trips, and go on with that study."""
         tab = self.tab
         press = (
-            "[...document.querySelectorAll('.file button')].find(e => e.textContent.startsWith('Calibrate'))"
+            "[...document.querySelectorAll('.file button')].find(e => "
+            "e.textContent.startsWith('Calibrate'))"
         )
         tab.value(f"{press}.click()")
         took = tab.until(
             "[...document.querySelectorAll('option')].some(e => e.value.startsWith('calibrated-'))"
         )
         self.settled()
-        if not tab.value("document.querySelector('#trucks select').value").startswith("calibrated-"):
+        if not tab.value("document.querySelector('#trucks select').value").startswith(
+            "calibrated-"
+        ):
             self.fault("the trucks do not start from the calibrated study")
         self.told.append(f"calibrated in {took:.0f} s")
         self.looks("5-calibrated")
@@ -461,13 +487,17 @@ def main():
     parser = argparse.ArgumentParser(
         prog="scripts/check-page",
         description="Goes through a planner's afternoon on the page of `ocmc page`, in Chromium at "
-        f"{' and '.join(map(str, WIDTHS))} px: tracks and a table of trips, forty trucks, battery trucks "
-        "instead, a trip, the saved study run by the command that the page shows, to the last digit.",
+        f"{' and '.join(map(str, WIDTHS))} px: tracks and a table of trips, forty trucks, battery "
+        "trucks "
+        "instead, a trip, the saved study run by the command that the page shows, to the last "
+        "digit.",
     )
     parser.add_argument("ocmc", help="the program")
     parser.add_argument("--axe", type=Path, help="axe.min.js of axe-core: its serious rules, too")
     parser.add_argument("--tab", type=Path, help="folder of scripts/build-tab: its engine answers")
-    parser.add_argument("--slow", action="store_true", help="calibrate to the table, too: half a minute")
+    parser.add_argument(
+        "--slow", action="store_true", help="calibrate to the table, too: half a minute"
+    )
     parser.add_argument("--pictures", type=Path, help="where pictures of the whole page go")
     parser.add_argument("--json", type=Path, help="where what was measured goes")
     options = parser.parse_args()
@@ -500,7 +530,9 @@ def main():
                 told[width] = check.told
                 print(f"{width} px: " + "; ".join(check.told), flush=True)
     if options.json:
-        options.json.write_text(json.dumps({"faults": faults, "told": told}, indent=1), encoding="utf-8")
+        options.json.write_text(
+            json.dumps({"faults": faults, "told": told}, indent=1), encoding="utf-8"
+        )
     rules = "with axe" if options.axe else "axe skipped: --axe names no axe.min.js"
     print(f"page, {rules}: {len(faults)} faults, {time.monotonic() - begun:.0f} s")
     sys.exit(1 if faults else 0)

@@ -1,4 +1,4 @@
-"""A tab of Chromium that is used as a person uses it: files, keys, and what it logs and asks for."""
+"""Tab of Chromium, used as a person uses it: files, keys, its log and its requests."""
 
 import sys
 import time
@@ -63,7 +63,13 @@ class Tab(Browser):
     def key(self, name, code, number):
         """Press and release a key."""
         for kind in ("rawKeyDown", "keyUp"):
-            self._ask("Input.dispatchKeyEvent", type=kind, key=name, code=code, windowsVirtualKeyCode=number)
+            self._ask(
+                "Input.dispatchKeyEvent",
+                type=kind,
+                key=name,
+                code=code,
+                windowsVirtualKeyCode=number,
+            )
 
     def click(self, selector):
         """Click by the element itself."""

@@ -41,7 +41,7 @@ fn hill(slope: f64, speed_mps: f64) -> DriveCycle {
     DriveCycle::new(time, speed, grade).unwrap()
 }
 
-/// What leaves the store less everything that it went into, over what leaves it.
+/// Energy that leaves the store less all its uses, over what leaves it.
 fn open_share(record: &Record, sum: &FollowedCycle) -> f64 {
     let store_j = record.amount(Carrier::Electricity).unwrap();
     let spent = record.battery_loss_j.unwrap()
@@ -65,7 +65,8 @@ fn forty_tonnes_on_long_haul_between_1_1_and_1_5_kwh_per_km() {
     let (record, sum) = follow_planned(&given.study, 1, 0);
     let kwh = record.consumption(Carrier::Electricity).unwrap();
     println!(
-        "LongHaul 40 t: {kwh:.3} kWh/km, wheel {:.3}, back {:.3} kWh/km, charge {:.2} at the end, {:.0} s at the limit",
+        "LongHaul 40 t: {kwh:.3} kWh/km, wheel {:.3}, back {:.3} kWh/km, charge {:.2} at the end, \
+         {:.0} s at the limit",
         record.wheel_kwh_per_km,
         record.regenerated_energy_j.unwrap() / record.distance_m / 3600.0,
         record.final_charge.unwrap(),
@@ -90,7 +91,8 @@ fn a_driver_takes_the_same_truck_over_long_haul() {
         let followed = follow_planned(&given.study, 1, 0).0;
         let kwh = |record: &Record| record.consumption(Carrier::Electricity).unwrap();
         println!(
-            "LongHaul 40 t, CdA {area_m2} m²: {:.3} kWh/km driven at {:.1} km/h, {:.3} followed at {:.1} km/h, {:.3} brought back, {} shifts",
+            "LongHaul 40 t, CdA {area_m2} m²: {:.3} kWh/km driven at {:.1} km/h, {:.3} followed at \
+             {:.1} km/h, {:.3} brought back, {} shifts",
             kwh(&driven),
             3.6 * driven.mean_speed_mps,
             kwh(&followed),

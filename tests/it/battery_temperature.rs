@@ -1,5 +1,5 @@
-//! The temperature of a battery: where it does nothing the records are those without it, its heat is
-//! kept, and what is cold drives and charges worse.
+//! The temperature of a battery: where it does nothing the records are those without it, its heat
+//! is kept, and what is cold drives and charges worse.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
 use ocmc_core::energy::Carrier;
@@ -10,19 +10,26 @@ use ocmc_core::study::Study;
 use ocmc_io::study::load_text;
 
 /// A node that has no effect.
-const NEUTRAL: &str = "vehicle.powertrain.battery_electric.battery.thermal={ heat_capacity_j_per_k = 3e6, air_w_per_k = 42, heat_below_k = 283.15, heater_w = 0, heater_ratio = 1, cool_above_k = 306.15, cooler_w = 0, cooler_ratio = 3, temperature_k = [293.15], charge = [0.5], resistance_factor = [[1]], discharge_share = [1], charge_share = [1] }";
-/// What a battery of the built-in electric studies has.
+const NEUTRAL: &str = "vehicle.powertrain.battery_electric.battery.thermal={ heat_capacity_j_per_k \
+                       = 3e6, air_w_per_k = 42, heat_below_k = 283.15, heater_w = 0, heater_ratio \
+                       = 1, cool_above_k = 306.15, cooler_w = 0, cooler_ratio = 3, temperature_k = \
+                       [293.15], charge = [0.5], resistance_factor = [[1]], discharge_share = [1], \
+                       charge_share = [1] }";
+/// Properties of a battery of the built-in electric studies.
 const REAL: [&str; 8] = [
     NEUTRAL,
     "vehicle.powertrain.battery_electric.battery.thermal.heater_w=11200",
     "vehicle.powertrain.battery_electric.battery.thermal.cooler_w=10000",
     "vehicle.powertrain.battery_electric.battery.thermal.temperature_k=[273.15, 293.15, 313.15]",
     "vehicle.powertrain.battery_electric.battery.thermal.charge=[0.1, 0.5]",
-    "vehicle.powertrain.battery_electric.battery.thermal.resistance_factor=[[2.4, 1.6], [1.3, 1.0], [0.9, 0.8]]",
+    "vehicle.powertrain.battery_electric.battery.thermal.resistance_factor=[[2.4, 1.6], [1.3, \
+     1.0], [0.9, 0.8]]",
     "vehicle.powertrain.battery_electric.battery.thermal.discharge_share=[0.7, 1, 1]",
     "vehicle.powertrain.battery_electric.battery.thermal.charge_share=[0.35, 1, 1]",
 ];
-const PUBLIC: &str = "charging={ reserve = 0.15, forecast = { consumption_j_per_m = 4500, margin = 0.1 }, efficiency = 0.94, connection_s = 120, public = { spacing_m = 40000, power_w = 350000, wait_s = 300, end_at = 0.8 } }";
+const PUBLIC: &str = "charging={ reserve = 0.15, forecast = { consumption_j_per_m = 4500, margin = \
+                      0.1 }, efficiency = 0.94, connection_s = 120, public = { spacing_m = 40000, \
+                      power_w = 350000, wait_s = 300, end_at = 0.8 } }";
 const COLD: &str = "weather.temperature.mean_k=263.15";
 const STEADY: &str = "simulation.without=[\"driver_spread\", \"vehicle_spread\"]";
 
@@ -90,7 +97,8 @@ fn the_heat_of_a_battery_that_is_closed_stays_in_it() {
 #[test]
 fn on_cold_trips_the_balance_closes_and_heating_is_a_part_of_the_auxiliaries() {
     let sets = ["mission.length_m=400000", PUBLIC, COLD, "rest.law=\"eu_561\""];
-    let ahead = "vehicle.powertrain.battery_electric.battery.thermal.precondition={ up_to_k = 303.15, ahead_m = 30000 }";
+    let ahead = "vehicle.powertrain.battery_electric.battery.thermal.precondition={ up_to_k = \
+                 303.15, ahead_m = 30000 }";
     let (cold, without) = (run(&with(&[&sets[..], &[ahead]].concat()), 16), run(&study(&sets), 16));
     assert!(cold.iter().any(|record| record.n_rests > Some(0)));
     let mut more = 0.0;
@@ -123,7 +131,8 @@ fn what_the_auxiliaries_take_without_heater_and_cooler_is_as_it_was() {
 
 #[test]
 fn a_cold_battery_charges_slower_and_one_that_was_prepared_faster() {
-    let ahead = "vehicle.powertrain.battery_electric.battery.thermal.precondition={ up_to_k = 298.15, ahead_m = 80000 }";
+    let ahead = "vehicle.powertrain.battery_electric.battery.thermal.precondition={ up_to_k = \
+                 298.15, ahead_m = 80000 }";
     // a battery that the air cools down, and a heater that is stronger
     let sets = [
         PUBLIC,
@@ -151,7 +160,9 @@ fn a_cold_battery_charges_slower_and_one_that_was_prepared_faster() {
 
 #[test]
 fn a_curve_for_cold_batteries_holds_for_them() {
-    let curve = "charging.curve={ charge = [0.1, 0.9], power_w = [300000, 300000], by_temperature = [{ temperature_k = 283.15, power_w = [100000, 100000] }, { temperature_k = 290.15, power_w = [300000, 300000] }] }";
+    let curve = "charging.curve={ charge = [0.1, 0.9], power_w = [300000, 300000], by_temperature \
+                 = [{ temperature_k = 283.15, power_w = [100000, 100000] }, { temperature_k = \
+                 290.15, power_w = [300000, 300000] }] }";
     let cold = study(&[
         NEUTRAL,
         PUBLIC,

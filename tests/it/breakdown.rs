@@ -1,4 +1,4 @@
-//! What road types and event kinds take adds up to the whole, whatever else is asked of a cycle.
+//! Parts of road types and event kinds add up to the whole, whatever else is asked of a cycle.
 
 use crate::common::{run, study};
 use ocmc_core::breakdown::Axis;

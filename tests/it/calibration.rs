@@ -10,7 +10,8 @@ use std::ops::ControlFlow;
 /// Half the default's length: bends are as near to stops and to each other.
 const ROAD: &str = "mission.length_m=50000";
 /// Nothing but signs and neighbouring bends, so that few trips tell enough.
-const QUIET: &str = "simulation.without=[\"traffic\",\"stop_signs\",\"give_ways\",\"traffic_lights\",\"speed_bumps\"]";
+const QUIET: &str = "simulation.without=[\"traffic\",\"stop_signs\",\"give_ways\",\
+                     \"traffic_lights\",\"speed_bumps\"]";
 
 #[test]
 fn the_law_that_drove_comes_back_from_the_curves_it_left() {

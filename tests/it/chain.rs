@@ -1,5 +1,5 @@
-//! Trips of a truck that chain: it departs with what its depot has charged, its driver's clock goes on,
-//! and who comes back late departs late.
+//! Trips of a truck that chain: it departs with what its depot has charged, its driver's clock goes
+//! on, and who comes back late departs late.
 
 use crate::common::column;
 use crate::program::{ocmc, records};

@@ -48,7 +48,7 @@ fn stands(study: &Study, scenario: Scenario) -> (Vec<[f64; 4]>, Record) {
     (stands, trace.record)
 }
 
-/// What no meter counted, over what was charged.
+/// Energy that no meter counted, over what was charged.
 fn open(record: &Record, efficiency: f64) -> f64 {
     let metered =
         [record.grid_energy_depot_j, record.grid_energy_public_j, record.grid_energy_stop_j];
@@ -117,7 +117,9 @@ fn on_sampled_trips_the_charge_keeps_its_bounds_and_the_energy_its_balance() {
         BASE[2],
         BASE[3],
         "mission.length_m=600000",
-        "charging.public={ spacing_m = { distribution = \"exponential\", mean = 30000 }, power_w = 350000, end_at = 0.8, queue = { chargers = 4, arrivals_per_s = 0.0018, mean_charging_s = 1500 } }",
+        "charging.public={ spacing_m = { distribution = \"exponential\", mean = 30000 }, power_w = \
+         350000, end_at = 0.8, queue = { chargers = 4, arrivals_per_s = 0.0018, mean_charging_s = \
+         1500 } }",
         "charging.stop={ power_w = 150000, begin_below = 0.7, end_at = 0.9, shortest_s = 600 }",
         "mission.stops={ spacing_m = 150000, dwell_s = 1800 }",
         DEPOT,
@@ -170,7 +172,8 @@ fn a_charger_carries_the_auxiliaries_as_long_as_the_truck_is_plugged_in() {
             "mission.stops={ spacing_m = 40000, dwell_s = 86400 }",
             "charging.public={ spacing_m = 4000000, power_w = 350000, wait_s = 0, end_at = 0.8 }",
             &format!(
-                "charging.stop={{ power_w = {power_w}, begin_below = 0.95, end_at = 0.8, shortest_s = 600 }}"
+                "charging.stop={{ power_w = {power_w}, begin_below = 0.95, end_at = 0.8, \
+                 shortest_s = 600 }}"
             ),
         ];
         trace(&charging(&sets), 1, 0).record

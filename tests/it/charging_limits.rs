@@ -43,8 +43,9 @@ impl Policy {
             "mission.length_m=350000".to_owned(),
             format!("vehicle.powertrain.battery_electric.battery.initial_charge={initial_charge}"),
             format!(
-                "charging={{ reserve = {reserve}, forecast = {{ consumption_j_per_m = 4500, margin = 0.1 }}, efficiency = 0.93, connection_s = 100, public = \
-                 {{ spacing_m = {spacing_m}, power_w = {power_w}, wait_s = 60, end_at = {end_at} }} }}"
+                "charging={{ reserve = {reserve}, forecast = {{ consumption_j_per_m = 4500, margin \
+                 = 0.1 }}, efficiency = 0.93, connection_s = 100, public = {{ spacing_m = \
+                 {spacing_m}, power_w = {power_w}, wait_s = 60, end_at = {end_at} }} }}"
             ),
         ];
         if let Some((reach, margin)) = self.enough {
@@ -55,7 +56,8 @@ impl Policy {
             let Self { dwell_s, stop_power_w, .. } = self;
             sets.push(format!("mission.stops={{ spacing_m = 90000, dwell_s = {dwell_s} }}"));
             sets.push(format!(
-                "charging.stop={{ power_w = {stop_power_w}, begin_below = 0.95, end_at = 1.0, shortest_s = 600 }}"
+                "charging.stop={{ power_w = {stop_power_w}, begin_below = 0.95, end_at = 1.0, \
+                 shortest_s = 600 }}"
             ));
         }
         if self.rests {
@@ -97,7 +99,9 @@ fn policies() -> impl Strategy<Value = Policy> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 40, failure_persistence: None, ..ProptestConfig::default()
+    })]
 
     #[test]
     fn the_charge_keeps_its_bounds_whatever_the_policy(policy in policies()) {
@@ -151,7 +155,9 @@ fn more_trips_arrive_with_a_larger_battery_a_lighter_load_and_in_warmer_air() {
 }
 
 fn enough(sets: &[&str]) -> Vec<Record> {
-    let policy = "charging={ reserve = 0.15, forecast = { consumption_j_per_m = 4500, margin = 0.1 }, efficiency = 0.94, public = { spacing_m = 40000, power_w = 350000, end_at = 0.8 } }";
+    let policy = "charging={ reserve = 0.15, forecast = { consumption_j_per_m = 4500, margin = 0.1 \
+                  }, efficiency = 0.94, public = { spacing_m = 40000, power_w = 350000, end_at = \
+                  0.8 } }";
     // a thirsty truck, on old tyres: it has to charge more than once
     let truck = ["vehicle.rolling_factor=1.3", "vehicle.drag_area_m2=5.3"];
     let all: Vec<String> = ["mission.length_m=400000", policy, truck[0], truck[1]]

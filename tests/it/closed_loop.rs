@@ -608,7 +608,8 @@ fn held_throttle_a_steady_limit_is_driven_steadily() {
         periods_s.sort_by(f64::total_cmp);
         let p95 = swings_kmh[swings_kmh.len() * 95 / 100];
         println!(
-            "PID share {share}: swings {p95:.2} km/h at 95 %, {:.2} at most, of {}; {} periods {:.1?}",
+            "PID share {share}: swings {p95:.2} km/h at 95 %, {:.2} at most, of {}; {} periods \
+             {:.1?}",
             swings_kmh[swings_kmh.len() - 1],
             swings_kmh.len(),
             periods_s.len(),

@@ -4,7 +4,7 @@ use crate::program::{SHORT, ocmc};
 use serde_json::Value;
 use std::fs;
 
-/// What a failing command writes to standard error, after checks of what every failure has to be.
+/// Output of a failing command to standard error, after checks of the properties of every failure.
 fn failure(arguments: &[&str], status: i32) -> String {
     let output = ocmc(arguments).output().expect("the program starts");
     let message = String::from_utf8(output.stderr).expect("UTF-8");
@@ -15,7 +15,7 @@ fn failure(arguments: &[&str], status: i32) -> String {
     message
 }
 
-/// What a command answers.
+/// Answer of a command.
 fn answer(arguments: &[&str]) -> String {
     let output = ocmc(arguments).assert().success().get_output().clone();
     String::from_utf8(output.stdout).expect("UTF-8")

@@ -1,4 +1,4 @@
-//! What trips and trucks cost, as a user of the command meets it.
+//! Cost of trips and trucks, as a user of the command meets it.
 
 use crate::program::{SHORT, ocmc};
 use serde_json::Value;
@@ -213,7 +213,8 @@ fn two_currencies_are_not_compared() {
     let path = |currency: &str| {
         let path = folder.path().join(format!("{currency}.toml"));
         let text = format!(
-            "study.base = \"field-truck\"\ncost = {{ currency = \"{currency}\", driver_per_h = 1.0 }}\n"
+            "study.base = \"field-truck\"\ncost = {{ currency = \"{currency}\", driver_per_h = 1.0 \
+             }}\n"
         );
         fs::write(&path, text).expect("space");
         path.to_str().expect("UTF-8").to_owned()

@@ -1,5 +1,5 @@
-//! What judged numbers do to an answer: the same as two runs that are laid side by side by hand; and
-//! a run says it without driving.
+//! Effect of judged numbers on an answer: the same as two runs that are laid side by side by hand;
+//! and a run says it without driving.
 
 use crate::program::ocmc;
 use ocmc_api::{

@@ -19,7 +19,8 @@ const VEHICLES: [&str; 3] = ["tractor-electric-40t", "city-bus-electric-12m", "c
 
 fn with_vehicle(study: &str, vehicle: &str, sets: &[&str]) -> Study {
     let text = format!(
-        "[study]\nname = \"e\"\ndescription = \"d\"\nbase = \"{study}\"\n[vehicle]\nbase = \"{vehicle}\"\n"
+        "[study]\nname = \"e\"\ndescription = \"d\"\nbase = \"{study}\"\n[vehicle]\n\
+         base = \"{vehicle}\"\n"
     );
     load_text("e.toml", &text, sets).unwrap().study
 }
@@ -353,12 +354,19 @@ fn records_are_the_same_on_every_cpu_and_in_every_order() {
 #[test]
 fn a_study_has_one_powertrain() {
     let none: &[&str] = &[];
-    let two = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n[vehicle.powertrain.battery_electric]\nratio = [20.0]\n\
-               gear_efficiency = 0.9\n[vehicle.powertrain.battery_electric.battery]\ncapacity_j = 1e9\nempty_voltage_v = 500.0\nfull_voltage_v = 600.0\n\
-               resistance_ohm = 0.1\ndischarge_power_w = 1e5\ncharge_power_w = 1e5\nminimum_charge = 0.1\nmaximum_charge = 0.9\n\
-               charge_fade = 0.1\ninitial_charge = 0.8\n[vehicle.powertrain.battery_electric.motor]\ntorque_nm = 500.0\npower_w = 1e5\nbrake_torque_nm = 500.0\n\
-               brake_power_w = 1e5\nbrake_share = 0.9\nbrake_fade_mps = 1.0\nmaximum_speed_radps = 900.0\ninertia_kgm2 = 0.1\n\
-               map_speed_radps = [0.0, 900.0]\nmap_torque_nm = [0.0, 500.0]\nmap_loss_w = [[100.0, 900.0], [400.0, 2000.0]]\n";
+    let two = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n\
+               [vehicle.powertrain.battery_electric]\nratio = [20.0]\n\
+               gear_efficiency = 0.9\n[vehicle.powertrain.battery_electric.battery]\n\
+               capacity_j = 1e9\nempty_voltage_v = 500.0\nfull_voltage_v = 600.0\n\
+               resistance_ohm = 0.1\ndischarge_power_w = 1e5\ncharge_power_w = 1e5\n\
+               minimum_charge = 0.1\nmaximum_charge = 0.9\n\
+               charge_fade = 0.1\ninitial_charge = 0.8\n\
+               [vehicle.powertrain.battery_electric.motor]\ntorque_nm = 500.0\npower_w = 1e5\n\
+               brake_torque_nm = 500.0\n\
+               brake_power_w = 1e5\nbrake_share = 0.9\nbrake_fade_mps = 1.0\n\
+               maximum_speed_radps = 900.0\ninertia_kgm2 = 0.1\n\
+               map_speed_radps = [0.0, 900.0]\nmap_torque_nm = [0.0, 500.0]\n\
+               map_loss_w = [[100.0, 900.0], [400.0, 2000.0]]\n";
     let error = load_text("a.toml", two, none).unwrap_err().to_string();
     assert!(
         error.contains("battery_electric and combustion") && error.contains("study.drop"),

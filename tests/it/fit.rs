@@ -23,7 +23,7 @@ fn answer(arguments: &[&str]) -> String {
     stdout
 }
 
-/// What a table that has no fit is answered with.
+/// Message on a table that has no fit.
 fn refusal(table: &str, options: &[&str]) -> String {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("curves.csv");
@@ -82,7 +82,8 @@ fn the_spread_between_drivers_is_that_of_reml_and_of_one_driver_that_of_the_base
     let one = directory.path().join("one.csv");
     fs::write(&one, rows.collect::<Vec<_>>().join("\n")).expect("space");
     let base = directory.path().join("base.toml");
-    let text = "study.base = \"field-truck\"\nstudy.name = \"base\"\ndriver.curve_speed.driver_sd = 0.123\n";
+    let text = "study.base = \"field-truck\"\nstudy.name = \"base\"\n\
+                driver.curve_speed.driver_sd = 0.123\n";
     fs::write(&base, text).expect("space");
     let base = base.to_str().expect("UTF-8");
     let one = fitted(one.to_str().expect("UTF-8"), &["--base", base]);
@@ -109,7 +110,10 @@ fn a_fitted_study_runs() {
 #[test]
 fn rows_that_are_left_out_are_counted() {
     let mut table = fs::read_to_string(simulator_curves()).expect("curves");
-    table.push_str("driver 1,19,left,5\ndriver 1,501,left,5\ndriver 1,,left,5\ndriver 1,100,left,0\ndriver 1,120,left,nan\n");
+    table.push_str(
+        "driver 1,19,left,5\ndriver 1,501,left,5\ndriver 1,,left,5\n\
+         driver 1,100,left,0\ndriver 1,120,left,nan\n",
+    );
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("curves.csv");
     fs::write(&file, table).expect("a file");
@@ -129,9 +133,9 @@ fn rows_that_are_left_out_are_counted() {
 
 #[test]
 fn free_curves_and_rows_without_a_direction() {
-    let mut table =
-        "driver,radius_m,direction,speed_mps,gap_before_m,gap_after_m,slowest_near_mps,stop_near_m\n"
-            .to_owned();
+    let mut table = "driver,radius_m,direction,speed_mps,gap_before_m,gap_after_m,\
+         slowest_near_mps,stop_near_m\n"
+        .to_owned();
     for k in 0..16 {
         let (driver, side) = (k % 2, ["left", "right"][k / 2 % 2]);
         let (radius, speed) = (60 + 20 * k, 8.0 + 0.6 * k as f64 + 0.3 * (k % 3) as f64);

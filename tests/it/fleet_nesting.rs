@@ -344,8 +344,8 @@ fn the_report_shows_the_trucks() {
 
 /// Loads of trucks and of their trips whose SDs are set, driven, and laid before the fit of
 /// records. Bounds lie 5 SDs away and more.
-const LOADS: &str = "mission.payload_kg={distribution=\"normal\",mean=12000.0,sd=2000.0,truck_sd=1000.0,\
-     lower=0.0,upper=24000.0}";
+const LOADS: &str = "mission.payload_kg={distribution=\"normal\",mean=12000.0,sd=2000.0,\
+     truck_sd=1000.0,lower=0.0,upper=24000.0}";
 
 /// SDs between trucks and between trips that the fit finds in the loads of driven trips.
 fn fitted_sds(driven: &[&Record]) -> [f64; 2] {

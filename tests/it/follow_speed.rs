@@ -1,4 +1,4 @@
-//! What `ocmc drive` says of routes and of speeds that are followed: how to see more, what
+//! Output of `ocmc drive` on routes and on speeds that are followed: how to see more, what
 //! saturated.
 
 use crate::program::{ocmc, records};
@@ -201,7 +201,8 @@ fn a_plan_with_a_rest_of_days_is_followed() {
     let (file, out) = (directory.path().join("road.csv"), directory.path().join("run"));
     // two stops at one place, which add up to four days: longer than what a file of a drive cycle
     // may say
-    let road = "track,rule,position_m,value\nspeed_limit_mps,constant,0,20\nmission_stop_s,event,500,172800\nmission_stop_s,event,500.2,172800\n\
+    let road = "track,rule,position_m,value\nspeed_limit_mps,constant,0,20\n\
+                mission_stop_s,event,500,172800\nmission_stop_s,event,500.2,172800\n\
                 grade,constant,0,0\ngrade,constant,1000,0\n";
     fs::write(&file, road).expect("a file");
     let (file, to) = (file.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));

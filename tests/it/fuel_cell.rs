@@ -1,4 +1,5 @@
-//! The fuel-cell truck: hydrogen by its map, a battery that is sustained, two stores in every answer.
+//! The fuel-cell truck: hydrogen by its map, a battery that is sustained, two stores in every
+//! answer.
 
 use crate::common::{column, electric_balance, number, run, study};
 use ocmc_core::energy::Carrier;
@@ -142,8 +143,8 @@ fn the_backward_mode_takes_what_the_drivers_did_on_a_level_road() {
 
 #[test]
 fn hydrogen_at_40_t_on_the_motorway_lies_among_published_trucks() {
-    // ICCT 2022: 9.0 to 9.2 kg/100 km at mean payload by VECTO's long haul; Daimler Truck's GenH2 on its
-    // record trip of 2023 at 40 t at most 7.6; Xcient about 8 (docs/src/theory/fuel-cell.md)
+    // ICCT 2022: 9.0 to 9.2 kg/100 km at mean payload by VECTO's long haul; Daimler Truck's GenH2
+    // on its record trip of 2023 at 40 t at most 7.6; Xcient about 8 (docs/src/theory/fuel-cell.md)
     let records = run(&exact(&["mission.payload_kg=23000", "mission.length_m=100000"]), 100);
     let total = |of: &dyn Fn(&Record) -> f64| records.iter().map(of).sum::<f64>();
     let hydrogen = total(&|r| r.amount(Carrier::Hydrogen).unwrap());

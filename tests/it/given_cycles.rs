@@ -76,7 +76,8 @@ fn routes_mix_by_weight_and_the_population_drives_them() {
     file("short.vdri", 300.0);
     file("long.vdri", 900.0);
     let text = "[study]\nname = \"mix\"\ndescription = \"two routes\"\nbase = \"field-truck\"\n\
-                [mission]\nroutes = [{ file = \"short.vdri\", weight = 3.0 }, { file = \"long.vdri\", weight = 1.0 }]\n";
+                [mission]\nroutes = [{ file = \"short.vdri\", weight = 3.0 }, { file = \
+                \"long.vdri\", weight = 1.0 }]\n";
     let study_file = folder.path().join("mix.toml");
     std::fs::write(&study_file, text).unwrap();
     let loaded = studies::load(study_file.to_str().unwrap(), &[] as &[&str]).unwrap();

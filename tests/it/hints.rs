@@ -1,4 +1,4 @@
-//! What the program tells people to type: commands that a shell takes as they stand, and what to do
+//! Hints of the program on what to type: commands that a shell takes as they stand, and what to do
 //! about a directory.
 
 use crate::program::{SHORT, change_manifest, message, ocmc, run_into};

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
 
-/// What is right for an input.
+/// Right form of an input.
 enum Right {
     /// Litres per 100 km.
     Litres(f64),

@@ -1,5 +1,5 @@
-//! Learning from a folder: what each file is, what is fitted and calibrated, the check on trips that
-//! were held back, and the standing of each number in the study that is written.
+//! Learning from a folder: what each file is, what is fitted and calibrated, the check on trips
+//! that were held back, and the standing of each number in the study that is written.
 
 use crate::program::ocmc;
 use ocmc_api::{Answer, Error, LearnAnswer, LearnRequest, Noise, RunPlan, go_on, learn, study};

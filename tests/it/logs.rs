@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-/// What a failing command writes to standard error.
+/// Output of a failing command to standard error.
 fn failure(arguments: &[&str]) -> String {
     let output = ocmc(arguments).output().expect("the program starts");
     let message = String::from_utf8(output.stderr).expect("UTF-8");
@@ -16,7 +16,7 @@ fn failure(arguments: &[&str]) -> String {
     message
 }
 
-/// What a command answers, and what it says beside.
+/// Answer of a command, and its messages.
 fn answer(arguments: &[&str]) -> (String, String) {
     let output = ocmc(arguments).assert().success().get_output().clone();
     let text = |bytes| String::from_utf8(bytes).expect("UTF-8");

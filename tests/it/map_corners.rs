@@ -57,7 +57,8 @@ fn whatever_the_map_and_the_truck_every_column_is_a_number() {
         "vehicle.auxiliary_power_w=100000",
     ];
     let weak = [
-        "vehicle.powertrain.combustion.engine.full_load_torque_nm=[1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]",
+        "vehicle.powertrain.combustion.engine.full_load_torque_nm=[1, 1, 1, 1, 1, 1, 1, 1, 1, 1, \
+         1, 1]",
     ];
     let ends_early = [
         "vehicle.powertrain.combustion.engine.full_load_speed_radps=[63.0, 90.0]",

@@ -12,7 +12,7 @@ const FILES: [(&str, &str); 5] = [
     ("base.yaml", "a: 1\n"),
 ];
 
-/// What is typed, the exit status, and words of the answer.
+/// Command line, exit status, and words of the answer.
 const TYPED: [(&str, i32, &[&str]); 42] = [
     ("run", 2, &["--study NAME --cycles 1000"]),
     ("simulate", 2, &["--study NAME --cycles 1000"]),
@@ -58,7 +58,7 @@ const TYPED: [(&str, i32, &[&str]); 42] = [
     ("trace --cycle-id 3 --out x.xlsx", 2, &["`.csv` or `.json`"]),
 ];
 
-/// What stands in a study file behind its base, and words of the answer.
+/// Lines of a study file behind its base, and words of the answer.
 const WRITTEN: [(&str, &[&str]); 20] = [
     ("vehicle = { base = \"tractor40\" }", &[":2:20", "did you mean `tractor-40t`"]),
     ("vehicle = { base = \"base.yaml\" }", &[":2:20", "base.yaml"]),

@@ -125,9 +125,11 @@ fn a_group_has_the_bytes_of_its_study_alone() {
         .map(|group| group["first_truck"].as_u64().expect("a truck"))
         .collect();
     assert_eq!(firsts, [0, 11, 14]);
-    let other = "study = { base = \"field-truck\", name = \"alone\" }\nmission = { length_m = 5000.0 }\n\
+    let other = "study = { base = \"field-truck\", name = \"alone\" }\n\
+                 mission = { length_m = 5000.0 }\n\
                  fleet = { trips_per_truck = 6 }\nvehicle = { base = \"tractor-electric-40t\" }\n\
-                 cost = { currency = \"EUR\", depot_charging_per_kwh = 0.3, charging_efficiency = 0.9 }";
+                 cost = { currency = \"EUR\", depot_charging_per_kwh = 0.3, charging_efficiency = \
+                 0.9 }";
     let alone = written(folder.path(), "alone.toml", other);
     let chosen = ["--set", "fleet.group=far"];
     for (name, study, set, trips, trucks, first) in

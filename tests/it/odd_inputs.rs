@@ -1,6 +1,6 @@
 //! Inputs that are odd in one way each, of a kind, by chance: the answer is that of the plain input
-//! within 2 %, or the file is refused, or a check warns; and what is right is hardly ever warned of.
-//! `OCMC_ODD_INPUTS=2000` tries so many of each kind, and prints what fails.
+//! within 2 %, or the file is refused, or a check warns; and what is right is hardly ever warned
+//! of. `OCMC_ODD_INPUTS=2000` tries so many of each kind, and prints what fails.
 
 use crate::common::study;
 use crate::noisy_routes::points;
@@ -147,7 +147,8 @@ fn tried(
     }
     let all = count as f64;
     println!(
-        "{kind}: {all} tried, {refused} refused, {silent} wrong and silent, {alarms} of {rights} right ones warned of"
+        "{kind}: {all} tried, {refused} refused, {silent} wrong and silent, {alarms} of {rights} \
+         right ones warned of"
     );
     assert!(
         silent <= (most_silent * all).max(1.0),
@@ -156,7 +157,8 @@ fn tried(
     assert!(alarms <= most_alarms * rights + 2.0, "{kind}: {alarms} of {rights} right ones");
 }
 
-/// Points of a random road: east, north and up in m, limit in m/s, one each 5 m, and where it stops.
+/// Points of a random road: east, north and up in m, limit in m/s, one each 5 m, and where it
+/// stops.
 fn road(chance: &mut Chance) -> (Vec<[f64; 4]>, Vec<f64>) {
     let base = ["field-truck", "regional"][chance.place(2)];
     let length_m = chance.between(6e3, 15e3);
@@ -183,7 +185,7 @@ fn route(points: &[[f64; 4]], stops: Option<&[bool]>) -> String {
     text
 }
 
-/// Which points are the first ones at or behind the stops.
+/// Flags of the first points at or behind the stops.
 fn stopping(points: usize, stops: &[f64]) -> Vec<bool> {
     let mut stopping = vec![false; points];
     for at_m in stops {
@@ -411,7 +413,7 @@ const SPEEDS: [(&str, f64); 14] = [
     ("v", 1.0),
     ("velocity_ms", 1.0),
 ];
-/// Those of slopes, and whether they are degrees.
+/// Names of slopes, and whether they are degrees.
 const SLOPES: [(&str, f64, bool); 17] = [
     ("grade", 1.0, false),
     ("grade_percent", 100.0, false),

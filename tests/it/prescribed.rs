@@ -162,7 +162,7 @@ fn what_no_engine_can_do_is_counted_and_nothing_breaks() {
     assert!((open_j / turned_over_j).abs() < 1e-9, "{open_j} of {turned_over_j}");
 }
 
-/// What FASTSim says of a vehicle on a cycle; none, with a message, where there is no FASTSim.
+/// Result of FASTSim for a vehicle on a cycle; none, with a message, where there is no FASTSim.
 fn fastsim(vehicle: &str, cycle: &str) -> Option<serde_json::Value> {
     let in_shared = || shared(&format!("vehicles/fastsim/{vehicle}.yaml"));
     // a name with an ending is one of FASTSim's own
@@ -259,7 +259,8 @@ fn the_petrol_car_burns_what_fastsim_says() {
         let (record, sum) = follow_study(&study, 1, 0, &given);
         let theirs = |key: &str| answer[key].as_f64().unwrap();
         println!(
-            "{cycle}: here {:.3} MJ at the wheels, {:.3} of fuel, {:.2} L/100 km; FASTSim {:.3} and {:.3}",
+            "{cycle}: here {:.3} MJ at the wheels, {:.3} of fuel, {:.2} L/100 km; FASTSim {:.3} \
+             and {:.3}",
             sum.ledger[Term::Wheel] / 1e6,
             sum.ledger[Term::FuelEnergy] / 1e6,
             record.consumption(Carrier::LiquidFuel).unwrap(),

@@ -1,6 +1,7 @@
-//! Random studies of battery-electric trucks over charging, rests, chains and stops: whatever a study
-//! asks for, no truck has less than no charge or more than all, no number is missing or endless, energy
-//! adds up, and no interval stands without its estimate. `OCMC_RANDOM_STUDIES=5000` tries so many.
+//! Random studies of battery-electric trucks over charging, rests, chains and stops: whatever a
+//! study asks for, no truck has less than no charge or more than all, no number is missing or
+//! endless, energy adds up, and no interval stands without its estimate. `OCMC_RANDOM_STUDIES=5000`
+//! tries so many.
 
 use crate::common::{column, electric_balance};
 use ocmc_core::kernel::drive::trace::trace;
@@ -99,8 +100,8 @@ fn settings(chance: &mut Chance) -> (&'static str, Vec<String>) {
         let trips = if chance.is(0.5) { 1 } else { 2 };
         sets.push(format!("fleet.trips_per_truck={}", if chance.is(0.5) { 4 } else { 8 }));
         sets.push(format!(
-            "fleet.calendar={{ operating_days_per_week = {}, trips_per_day = {trips}, departure_interval_s = {}, \
-             chain = {} }}",
+            "fleet.calendar={{ operating_days_per_week = {}, trips_per_day = {trips}, \
+             departure_interval_s = {}, chain = {} }}",
             if chance.is(0.5) { 5 } else { 7 },
             if trips == 1 { 0.0 } else { chance.size(60.0, 43_200.0) },
             has_depot && chance.is(0.7)

@@ -114,7 +114,8 @@ fn the_answer_fits_and_does_not_depend_on_threads() {
 
 #[test]
 fn charging_on_the_way_is_left_out_and_trucks_without_a_battery_are_refused() {
-    let charging = "charging={ reserve = 0.0, efficiency = 0.94, stop = { power_w = 3e5, begin_below = 0.9, end_at = 0.9, shortest_s = 60.0 } }";
+    let charging = "charging={ reserve = 0.0, efficiency = 0.94, stop = { power_w = 3e5, \
+                    begin_below = 0.9, end_at = 0.9, shortest_s = 60.0 } }";
     let stops = "mission.stops={ spacing_m = 5000.0, dwell_s = 900.0 }";
     let arguments = ["range", "--cycles", "30", "--quiet", "--set", SMALL, "--set", stops];
     let answer = json(&[&arguments[..], &["--set", charging]].concat());

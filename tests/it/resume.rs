@@ -37,7 +37,7 @@ fn begin_again(out: &Path) -> Child {
         .expect("the program starts")
 }
 
-/// What a failing `--resume` tells.
+/// Message of a failing `--resume`.
 fn refused(out: &Path) -> String {
     let output = begin_again(out).wait_with_output().expect("it ends");
     let message = String::from_utf8(output.stderr).expect("UTF-8");

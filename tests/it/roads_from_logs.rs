@@ -52,7 +52,7 @@ per_m = 0.2e-3
 without = ["weather", "traffic", "vehicle_spread"]
 "#;
 
-/// What a logger writes of a truck's drive, ten times a second.
+/// Log of a truck's drive, ten times a second.
 struct Logged {
     time_s: Vec<f64>,
     speed_mps: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What `--out` leaves behind: records in both formats, the manifest, the summary.
+//! Contents of a run directory: records in both formats, the manifest, the summary.
 
 use crate::program::{ocmc, records, run_into};
 use ocmc_core::energy::Carrier;

@@ -57,7 +57,7 @@ fn records_do_not_depend_on_threads_or_chunks_and_parts_are_parts() {
     assert!((duration_s - rows(&whole)[150].duration_s).abs() < 1e-6, "{last}");
 }
 
-/// What a run of these cycles says about the consumption.
+/// Statistic of the consumption in a run of these cycles.
 fn statistic(study: &Study, first_cycle: u64, cycles: u64) -> Statistic {
     let mut fleet = SummaryBuilder::new(Dependence::of(study.model(), 1));
     let plan = RunPlan::new(1, first_cycle, cycles, Some(2), None);

@@ -121,7 +121,8 @@ fn pick_and_freeze_agrees_with_nested_loops_on_a_10_km_study() {
             let inside = low <= brute && brute <= high && (brute - estimate).abs() < 1.96 * error;
             within_both += usize::from(inside);
             eprintln!(
-                "{name:8} {kind}: {estimate:.3} ({low:.3} to {high:.3}), nested {brute:.3} ± {:.3}{}",
+                "{name:8} {kind}: {estimate:.3} ({low:.3} to {high:.3}), nested {brute:.3} ± \
+                 {:.3}{}",
                 1.96 * error,
                 if inside { ", within both intervals" } else { "" }
             );

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// What strangers would like to read, or to have read without end.
+/// Files that strangers would like to read, or to have read without end.
 const FILES: [&str; 10] = [
     "/etc/passwd",
     "/etc/no-such-file",

@@ -1,4 +1,4 @@
-//! What ends a run, and what its directory is worth then: the table of the guide
+//! Endings of a run, and the worth of its directory then: the table of the guide
 //! (`docs/src/how-to/ended-runs.md`).
 #![cfg(target_os = "linux")]
 

@@ -65,7 +65,9 @@ fn the_answer_fits_does_not_depend_on_threads_and_counts_chargers() {
     let text = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     assert!(text.contains("kWh") && text.contains("50.0 %") && !text.contains("NaN"), "{text}");
-    let charging = "charging={ reserve = 0.1, forecast = { consumption_j_per_m = 4500, margin = 0.1 }, efficiency = 0.95, public = { spacing_m = 10000, power_w = 150000, end_at = 0.9 } }";
+    let charging = "charging={ reserve = 0.1, forecast = { consumption_j_per_m = 4500, margin = \
+                    0.1 }, efficiency = 0.95, public = { spacing_m = 10000, power_w = 150000, \
+                    end_at = 0.9 } }";
     let charged = size_j(&json(&[&arguments[..], &["--set", charging]].concat()));
     assert!(charged < 0.7 * size_j(&on("1")), "{charged}");
 }

@@ -1,4 +1,4 @@
-//! What the default's long steps do to a fleet's energies.
+//! Effect of the default's long steps on a fleet's energies.
 
 use crate::common::{run, study};
 use ocmc_core::energy::Carrier;

@@ -1,4 +1,4 @@
-//! What a driver's training is worth, as a user of the command meets it.
+//! Worth of a driver's training, as a user of the command meets it.
 
 use crate::program::ocmc;
 use serde_json::Value;

@@ -68,7 +68,7 @@ fn half_width([low, high]: [f64; 2]) -> f64 {
     (high - low) / 2.0
 }
 
-/// What the mean of a setting is above that of another one, over the same cycles.
+/// Excess of the mean of a setting over that of another one, over the same cycles.
 fn above(low: &str, high: &str, cycles: u64) -> f64 {
     let [low, high] = [low, high].map(|set| study("field-truck", &[ROAD, set]));
     let plan = RunPlan::new(1, 0, cycles, None, None);
@@ -200,7 +200,9 @@ fn a_number_without_pairs_is_said_and_does_not_hide_the_others() {
         "battery-truck",
         &[
             ROAD,
-            "uncertainty.a.keys=[\"vehicle.powertrain.battery_electric.battery.discharge_power_w\", \"vehicle.curb_mass_kg\"]",
+            "uncertainty.a.keys=[\
+             \"vehicle.powertrain.battery_electric.battery.discharge_power_w\", \
+             \"vehicle.curb_mass_kg\"]",
             "uncertainty.a.standard_errors=[5.17e5, 300.0]",
         ],
     );

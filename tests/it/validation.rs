@@ -14,7 +14,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What a log of the program's own has. Steps are so short that it is sampled as a logger does.
+/// Settings for a log of the program's own. Steps are so short that it is sampled as a logger does.
 const SETS: [&str; 2] = ["mission.length_m=5000", "simulation.step_s=0.5"];
 const SET_ARGUMENTS: [&str; 4] =
     ["--set", "mission.length_m=5000", "--set", "simulation.step_s=0.5"];
@@ -66,7 +66,7 @@ fn road(folder: &Path, cycle_id: u64) -> (PathBuf, LoadedStudy) {
     (path, on_road)
 }
 
-/// What the command answers as JSON, and what it says beside.
+/// Answer of the command as JSON, and its messages.
 fn answer(arguments: &[&str]) -> (Value, String) {
     let output = ocmc(arguments).output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();

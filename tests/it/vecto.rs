@@ -94,7 +94,8 @@ fn perfect_follower(file: &Path) -> DriveCycle {
 #[test]
 fn quasi_static_figures_on_vecto_cycles() {
     println!(
-        "| cycle | t | quasi-static | forward | difference | perfect follower here | forward km/h | follower km/h |"
+        "| cycle | t | quasi-static | forward | difference | perfect follower here | forward km/h \
+         | follower km/h |"
     );
     for (name, figures) in CYCLES {
         let Some(file) = shared(&format!("vecto/cycles/{name}.vdri")) else { return };
@@ -164,12 +165,15 @@ fn the_truck_of_vectos_own_files() {
     let path = |name: &str| folder.join(name).canonicalize().unwrap().display().to_string();
     let base = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/cases/vecto.toml");
     let text = format!(
-        "[study]\nname = \"vecto-files\"\ndescription = \"VECTO's 40 t truck from its files\"\nbase = \"{base}\"\n\
+        "[study]\nname = \"vecto-files\"\ndescription = \"VECTO's 40 t truck from its files\"\n\
+         base = \"{base}\"\n\
          [vehicle]\ndrag_area_m2 = 6.2985\ntyre_code = \"315/70R22.5\"\n\
          [vehicle.powertrain.combustion.engine]\ninertia_kgm2 = 5.1471\nidle_speed_radps = 58.64\n\
          full_load_file = \"{}\"\nmap_file = \"{}\"\n\
-         [vehicle.powertrain.combustion.gearbox]\nratio = [14.93, 11.64, 9.02, 7.04, 5.64, 4.40, 3.39, 2.65, 2.05, 1.60, 1.28, 1.00]\n\
-         axle_ratio = 2.59\ndirect_loss_file = \"{}\"\nindirect_loss_file = \"{}\"\naxle_loss_file = \"{}\"\n\
+         [vehicle.powertrain.combustion.gearbox]\n\
+         ratio = [14.93, 11.64, 9.02, 7.04, 5.64, 4.40, 3.39, 2.65, 2.05, 1.60, 1.28, 1.00]\n\
+         axle_ratio = 2.59\ndirect_loss_file = \"{}\"\nindirect_loss_file = \"{}\"\n\
+         axle_loss_file = \"{}\"\n\
          retarder_loss_file = \"{}\"\n",
         path("40t_Long_Haul_Truck.vfld"),
         path("40t_Long_Haul_Truck.vmap"),
@@ -211,7 +215,8 @@ fn the_truck_of_vectos_own_files() {
         println!("{line}");
     }
     // what is wrong names the study's line and the file
-    let text = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n[vehicle.powertrain.combustion.engine]\nmap_file = \"no.vmap\"\n";
+    let text = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n\
+                [vehicle.powertrain.combustion.engine]\nmap_file = \"no.vmap\"\n";
     let error = ocmc_io::study::load_text("a.toml", text, none).unwrap_err().to_string();
     assert!(error.contains("a.toml:6:") && error.contains("no.vmap"), "{error}");
     let error = load("field-truck", &["vehicle.tyre_code=round"]).unwrap_err().to_string();

@@ -76,8 +76,10 @@ fn what_is_no_job_says_so() {
 fn a_mission_without_a_row_in_the_sums_is_named_with_those_that_have_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
-    let sums = "Job [-],Cycle [-],Mass [kg],Loading [kg],time [s],distance [km],FC-Map [g/h],E_air [kWh],\
-                E_roll [kWh],E_brake [kWh],E_aux_sum [kWh],E_gbx_axl_loss [kWh],E_ret_loss [kWh],E_fcmap_pos [kWh]\n\
+    let sums = "Job [-],Cycle [-],Mass [kg],Loading [kg],time [s],distance [km],FC-Map [g/h],E_air \
+                [kWh],\
+                E_roll [kWh],E_brake [kWh],E_aux_sum [kWh],E_gbx_axl_loss [kWh],E_ret_loss \
+                [kWh],E_fcmap_pos [kWh]\n\
                 1-1,Long Haul.vdri,15729,19300,4600,100.2,22960,80,90,5,6,10,1,200\n";
     std::fs::write(path("found.vsum"), sums).unwrap();
     std::fs::write(path("LongHall.vdri"), "<s>,<v>,<grad>,<stop>\n0,80,0,0\n").unwrap();

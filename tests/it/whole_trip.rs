@@ -8,8 +8,8 @@ use ocmc_fleet::run::replay;
 use std::cell::Cell;
 use std::sync::atomic::AtomicBool;
 
-/// Records of trips of 2 km in the order of their delivery, and how many had arrived then; those that
-/// `is_short` names depart with a battery that is as good as empty.
+/// Records of trips of 2 km in the order of their delivery, and how many had arrived then; those
+/// that `is_short` names depart with a battery that is as good as empty.
 fn delivered(trips: u64, is_short: impl Fn(u64) -> bool) -> Vec<(Record, u64)> {
     let study = crate::common::study("battery-truck", &["mission.length_m=2000"]);
     let (mut ids, arrived, mut delivered) = (0..trips, Cell::new(0), Vec::new());

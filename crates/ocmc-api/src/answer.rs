@@ -1,4 +1,4 @@
-//! What all answers have in common.
+//! Parts that all answers have in common.
 
 use serde::Serialize;
 
@@ -7,12 +7,12 @@ pub trait Answer: Serialize {
     /// For people, with a line end.
     fn text(&self) -> String;
 
-    /// What does not stop the answer and has to be known.
+    /// Warnings: facts that do not stop the answer and have to be known.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// What was read, in a few lines.
+    /// Notes on the inputs that were read, in a few lines.
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }

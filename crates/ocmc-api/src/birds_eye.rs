@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde_json::json;
 use std::fmt::Write;
 
-/// Which roads.
+/// Roads to be drawn.
 #[derive(Clone, Debug)]
 pub struct BirdsEyeRequest<'a> {
     /// The study that draws them.
@@ -20,7 +20,7 @@ pub struct BirdsEyeRequest<'a> {
     pub plan: Option<RunPlan>,
 }
 
-/// What the roads look like from above.
+/// View of the roads from above.
 #[derive(Clone, Debug, Serialize)]
 pub struct BirdsEyeAnswer {
     /// Name of the study.

@@ -18,7 +18,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
 
-/// Which cycles are to be bounded.
+/// Cycles to be bounded.
 #[derive(Clone, Debug)]
 pub struct BoundRequest<'a> {
     /// The study.
@@ -44,7 +44,7 @@ pub struct BoundAnswer {
     pub failed: u64,
     /// Cycles in which nothing better than the driver was found.
     pub not_better: u64,
-    /// What of the drivers' energy was not needed: all of it, and its parts.
+    /// Part of the drivers' energy that was not needed: in total, and by parts.
     pub potential: Vec<PotentialShare>,
     /// All of it by road type, of the fleet's whole energy.
     pub by_road_type: Vec<PotentialShare>,
@@ -62,7 +62,7 @@ pub struct BoundAnswer {
 /// A part of the potential.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct PotentialShare {
-    /// What it is of: `all`, `gears`, a kind of road, `remainder`, or a road type.
+    /// Name of the part: `all`, `gears`, a kind of road, `remainder`, or a road type.
     pub name: String,
     /// Its share of the drivers' energy; none where no cycle counts.
     pub share: Option<f64>,
@@ -77,8 +77,8 @@ pub struct PotentialShare {
 pub struct CycleBound {
     /// Its id.
     pub cycle_id: u64,
-    /// What was simulated, with wind, roughness and all that a driver does, in J of fuel or of the
-    /// battery.
+    /// Simulated energy, with wind, roughness and all of the driver's behaviour, in J of fuel or of
+    /// the battery.
     pub simulated_energy_j: Option<f64>,
     /// The driver's speed and gears in the backward mode, in J.
     pub driver_energy_j: f64,
@@ -92,7 +92,7 @@ pub struct CycleBound {
     pub driver_gear_shifts: u32,
     /// The optimum's shifts.
     pub bound_gear_shifts: u32,
-    /// What a second more or less is worth to the optimum, in W.
+    /// Worth of a second more or less to the optimum, in W.
     pub time_price_w: Option<f64>,
     /// Whether something better than the driver was found.
     pub better: bool,

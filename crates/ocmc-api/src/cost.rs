@@ -1,5 +1,4 @@
-//! What the trips of a fleet cost, what a truck costs over its life, and which of two fleets costs
-//! less.
+//! Cost of a fleet's trips and of a truck over its life, and the cheaper of two fleets.
 
 use crate::answer::Answer;
 use crate::error::Error;
@@ -21,7 +20,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
 
-/// What is to be costed.
+/// Studies to be costed.
 #[derive(Clone, Debug)]
 pub struct CostRequest<'a> {
     /// The study, A, and how the answer calls it.
@@ -32,7 +31,7 @@ pub struct CostRequest<'a> {
     pub plan: RunPlan,
 }
 
-/// What it costs.
+/// Costs of one study or of two.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CostAnswer {
     /// Master seed.
@@ -62,24 +61,24 @@ pub enum Costed {
         a: Box<CostedStudy>,
         /// B.
         b: Box<CostedStudy>,
-        /// Which of them costs less.
+        /// Difference in cost.
         difference: Box<CostDifference>,
         /// The keys in which they differ, what differs most first.
         differing_keys: Vec<KeyDifference>,
     },
 }
 
-/// What a study costs.
+/// Cost of a study.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CostedStudy {
-    /// What it is called.
+    /// Name of the study.
     pub study: String,
     /// Hash of the resolved study.
     pub study_hash: String,
-    /// What it costs.
+    /// Cost of its fleet.
     #[serde(flatten)]
     pub cost: FleetCost,
-    /// What has no price although the trucks use it.
+    /// Commodities that the trucks use and that have no price.
     #[serde(skip)]
     pub(crate) unpriced: Vec<String>,
 }
@@ -163,8 +162,8 @@ pub fn cost(request: &CostRequest, watch: &mut Watch) -> Result<CostAnswer, Erro
     })
 }
 
-/// Which of two studies costs less, from the records of the same cycles; none where one of them has
-/// no prices, where their currencies differ, and where no trip was completed by both.
+/// Difference in cost of two studies, from the records of the same cycles; none where one of them
+/// has no prices, where their currencies differ, and where no trip was completed by both.
 pub(crate) fn difference(
     sides: [(&LoadedStudy, &[Record]); 2],
     plan: &RunPlan,
@@ -192,7 +191,7 @@ fn between(
     Some(found.with_adjusted(fleets, studies, plan.seed, ids))
 }
 
-/// What a trip of a study costs, where it has prices.
+/// Costing of a trip of a study, where it has prices.
 pub(crate) fn costing(loaded: &LoadedStudy) -> Option<Costing> {
     let prices = loaded.model.cost.as_ref()?;
     Some(Costing::of(prices, &loaded.model.vehicle))
@@ -398,7 +397,7 @@ fn spread_text(spread: &CostSpread) -> String {
     format!("{head}{}", table(&widths, &["", "mean", "P5", "P50", "P95"], rows))
 }
 
-/// Which input decides.
+/// Table of the inputs that decide.
 fn inputs_text(inputs: &[InputShare], of: &str) -> String {
     if inputs.is_empty() {
         return String::new();

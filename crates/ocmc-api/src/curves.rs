@@ -26,11 +26,11 @@ pub use ocmc_io::log::curves::{
 pub struct CurvesRequest<'a> {
     /// The logs.
     pub logs: &'a [Source],
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// How curves are found.
     pub options: CurveOptions,
-    /// What the steering wheel does, for logs that only have its angle.
+    /// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
     pub steering: Option<Steering>,
 }
 
@@ -43,7 +43,7 @@ pub struct CurvesAnswer {
     pub left_out: usize,
     /// The curves of the others.
     pub drives: Vec<TripCurves>,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
 }
 
@@ -94,7 +94,8 @@ pub fn curves(
 }
 
 impl CurvesAnswer {
-    /// What was found, and everything that was not used, for people; without a line end.
+    /// Account of the curves found, and of everything that was not used, for people; without a line
+    /// end.
     pub fn account(&self) -> String {
         let Self { drives, left_out, .. } = self;
         let mut text = FileAccount::told_of(&self.inputs).join("\n");

@@ -45,7 +45,8 @@ pub enum Error {
     RunDirectory(#[from] RunDirectoryError),
     /// A run that is to be resumed and was given something else to drive.
     #[error(
-        "`{}` holds a run of other files, or of another --keep or --follow-speed; `{}` finishes it as it was begun",
+        "`{}` holds a run of other files, or of another --keep or --follow-speed; `{}` finishes it \
+         as it was begun",
         directory.display(),
         resume_command(directory)
     )]
@@ -63,17 +64,17 @@ pub enum Error {
     Differs {
         /// Its directory.
         directory: PathBuf,
-        /// What is said otherwise.
+        /// Differences from the run.
         differences: Vec<String>,
     },
     /// A run that would hold a part of a truck's trips.
     #[error(
-        "`{name}` is {count}, allowed are multiples of {trips_per_truck}, such as {}: each truck of \
-         the study makes so many trips (`fleet.trips_per_truck`), and a run holds whole trucks",
+        "`{name}` is {count}, allowed are multiples of {trips_per_truck}, such as {}: each truck \
+         of the study makes so many trips (`fleet.trips_per_truck`), and a run holds whole trucks",
         count.next_multiple_of(*trips_per_truck)
     )]
     PartOfTruck {
-        /// What was asked for.
+        /// Name of the part that was asked for.
         name: &'static str,
         /// How much of it.
         count: u64,
@@ -85,7 +86,8 @@ pub enum Error {
     Unwritten(RunDirectoryError),
     /// A range of trucks without a battery.
     #[error(
-        "{0} has no battery, and so no range: give a study of battery trucks, such as battery-truck, or a run of one"
+        "{0} has no battery, and so no range: give a study of battery trucks, such as \
+         battery-truck, or a run of one"
     )]
     NoBattery(String),
     /// The roads of a study are given, not drawn from laws.
@@ -93,7 +95,8 @@ pub enum Error {
     GivenRoads(String),
     /// No trip departs in the season that was asked for.
     #[error(
-        "none of the {cycles} trips departs in {season}: ask for more of them, or for another season"
+        "none of the {cycles} trips departs in {season}: ask for more of them, or for another \
+         season"
     )]
     NoTripInSeason {
         /// The season.
@@ -139,8 +142,8 @@ pub enum Error {
     Precision(String),
     /// Cycles that there are not.
     #[error(
-        "{} cycles from {} on {} threads: allowed are ids below {LAST_CYCLE_ID}, one cycle at least, \
-         and at most {MOST_THREADS} threads",
+        "{} cycles from {} on {} threads: allowed are ids below {LAST_CYCLE_ID}, one cycle at \
+         least, and at most {MOST_THREADS} threads",
         .0.cycles, .0.first_cycle, .0.threads
     )]
     NoSuchCycles(RunPlan),
@@ -202,8 +205,9 @@ pub enum Error {
     },
     /// A folder in which nothing tells anything of a study.
     #[error(
-        "`{}`: nothing in it can be learnt from: {reason}; allowed are tables of trips (distance and \
-         fuel or energy), logs and tracks, tables of weather, traffic, curves and speed changes",
+        "`{}`: nothing in it can be learnt from: {reason}; allowed are tables of trips (distance \
+         and fuel or energy), logs and tracks, tables of weather, traffic, curves and speed \
+         changes",
         folder.display()
     )]
     NothingToLearn {
@@ -306,7 +310,8 @@ pub enum Error {
     Bounds(#[from] BoundsError),
     /// A censored regression that is asked for and not determined.
     #[error(
-        "needs a column limit_mps with limits above 0, and curves below them that determine the regression"
+        "needs a column limit_mps with limits above 0, and curves below them that determine the \
+         regression"
     )]
     Tobit,
     /// Measurements that have no fit, and why.
@@ -370,7 +375,7 @@ impl From<WorkbookError> for Error {
 }
 
 impl Error {
-    /// What the system says, where a file cannot be read or written.
+    /// Error of the system, where a file cannot be read or written.
     pub fn system(&self) -> Option<&io::Error> {
         match self {
             Self::Table(error)
@@ -393,19 +398,19 @@ impl Error {
 #[error(transparent)]
 #[non_exhaustive]
 pub enum FitError {
-    /// Those of curve speeds.
+    /// Error in fitting curve speeds.
     CurveSpeed(#[from] CurveSpeedFitError),
-    /// Those of speed changes.
+    /// Error in fitting speed changes.
     SpeedChange(#[from] SpeedChangeError),
-    /// Those of roads.
+    /// Error in fitting roads.
     Road(#[from] RoadFitError),
     /// An operating cycle that is no road.
     Cycle(#[from] GivenCycleError),
-    /// Those of traffic.
+    /// Error in fitting traffic.
     Traffic(#[from] TrafficFitError),
-    /// Those of weather.
+    /// Error in fitting weather.
     Weather(#[from] WeatherFitError),
-    /// Those of the records of a fleet.
+    /// Error in fitting the records of a fleet.
     Fleet(#[from] FleetFitError),
 }
 

@@ -24,9 +24,9 @@ pub struct IdentifyRequest<'a> {
     pub logs: &'a [Source],
     /// The study with the truck that was driven.
     pub study: &'a LoadedStudy,
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
-    /// What is fitted, and how.
+    /// Parameters to be fitted, and the method.
     pub options: IdentifyOptions,
     /// Whether to warn of rows that are not used; the answer's notes name them anyway.
     pub warn_of_rows: bool,
@@ -35,9 +35,9 @@ pub struct IdentifyRequest<'a> {
 /// The pedal gains.
 #[derive(Clone, Debug, Serialize)]
 pub struct IdentifyAnswer {
-    /// What the study is called.
+    /// Name of the study.
     pub study: String,
-    /// What was fitted, and how.
+    /// Parameters that were fitted, and the method.
     pub options: IdentifyOptions,
     /// A fit for each driver and event.
     pub fits: Vec<EventFit>,
@@ -45,11 +45,11 @@ pub struct IdentifyAnswer {
     pub trucks: Vec<TruckMass>,
     /// The population behind them, of three drivers or more.
     pub population: Option<Population>,
-    /// What has no fit.
+    /// Drives without a fit.
     pub left_out: Vec<LeftOut>,
     /// Rows that are not used.
     pub notes: Vec<String>,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
     #[serde(skip)]
     warnings: Vec<String>,
@@ -62,10 +62,12 @@ pub struct IdentifyAnswer {
 /// use ocmc_api::{Error, IdentifyOptions, IdentifyRequest, Source, go_on, identify, study};
 /// let folder = tempfile::tempdir().expect("a directory");
 /// let file = folder.path().join("log.csv");
-/// std::fs::write(&file, "time_s,speed_mps,accelerator,brake,grade\n0,20,0.3,0,0\n1,20,0.3,0,0\n").expect("space");
+/// let rows = "time_s,speed_mps,accelerator,brake,grade\n0,20,0.3,0,0\n1,20,0.3,0,0\n";
+/// std::fs::write(&file, rows).expect("space");
 /// let study = &study::load("simulator-slopes", &[] as &[&str])?;
 /// let (logs, options) = (&[Source::File(file)], IdentifyOptions::default());
-/// let request = IdentifyRequest { logs, study, mappings: Vec::new(), options, warn_of_rows: true };
+/// let mappings = Vec::new();
+/// let request = IdentifyRequest { logs, study, mappings, options, warn_of_rows: true };
 /// // on a level road there is no event
 /// let answer = identify(&request, &mut |_| (), &mut go_on);
 /// assert!(matches!(answer, Err(Error::NoDrive { .. })));

@@ -1,6 +1,6 @@
-//! What can be asked of `ocmc`: one function a question, a request in, an answer out that
-//! serialises to the JSON of the command. Nothing here prints or listens to signals; the caller
-//! watches the work, and can end it.
+//! Questions to `ocmc`: one function a question, a request in, an answer out that serialises to the
+//! JSON of the command. Nothing here prints or listens to signals; the caller watches the work, and
+//! can end it.
 //!
 //! ```
 //! use ocmc_api::{Answer, CompareRequest, RunPlan, compare, go_on, study};

@@ -23,7 +23,7 @@ const NORMAL_975: f64 = 1.959_963_984_540_054;
 /// Fewest drivers that a share is chosen of.
 const FEWEST_DRIVERS: usize = 5;
 
-/// Whose training is asked about.
+/// Drivers whose training is asked about.
 #[derive(Clone, Debug)]
 pub struct MeasuredTrainingRequest<'a> {
     /// `benchmark.json`, as `ocmc benchmark --out` or `--json` writes it.
@@ -82,8 +82,8 @@ struct Member {
 /// Finds what the training of the worst drivers of a benchmark is worth.
 ///
 /// # Errors
-/// [`Error::File`] where the file cannot be read, [`Error::NoRankedDrivers`] where it is no benchmark
-/// or its drivers do not differ beyond chance; [`Error::Interrupted`].
+/// [`Error::File`] where the file cannot be read, [`Error::NoRankedDrivers`] where it is no
+/// benchmark or its drivers do not differ beyond chance; [`Error::Interrupted`].
 pub fn measured_training(
     request: &MeasuredTrainingRequest,
     watch: &mut Watch,

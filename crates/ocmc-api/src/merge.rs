@@ -20,16 +20,19 @@ pub struct MergeRequest<'a> {
 /// Merges the parts into the run that one machine would have written.
 ///
 /// ```
-/// use ocmc_api::{GivenDrive, MergeRequest, RecordFormat, RunPlan, RunRequest, go_on, merge, run, study};
+/// use ocmc_api::{GivenDrive, MergeRequest, RecordFormat, RunPlan, RunRequest};
+/// use ocmc_api::{go_on, merge, run, study};
 /// let study = study::load("field-truck", &["mission.length_m=3000"])?;
 /// let folder = tempfile::tempdir().expect("a directory");
 /// let parts = [folder.path().join("a"), folder.path().join("b")];
 /// for (path, first_cycle) in parts.iter().zip([0, 4]) {
 ///     let (given, plan) = (&GivenDrive::nothing(), RunPlan::new(1, first_cycle, 4, None, None));
 ///     let out = Some((path.clone(), RecordFormat::Csv));
-///     run(&RunRequest { study: &study, given, plan, precision: None, out }, &mut |_| (), &mut go_on)?;
+///     let request = RunRequest { study: &study, given, plan, precision: None, out };
+///     run(&request, &mut |_| (), &mut go_on)?;
 /// }
-/// let whole = merge(&MergeRequest { parts: &parts, out: &folder.path().join("whole"), format: None })?;
+/// let out = &folder.path().join("whole");
+/// let whole = merge(&MergeRequest { parts: &parts, out, format: None })?;
 /// assert_eq!((whole.manifest.first_cycle, whole.manifest.cycles), (0, 8));
 /// # Ok::<(), ocmc_api::Error>(())
 /// ```

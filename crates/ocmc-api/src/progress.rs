@@ -7,12 +7,12 @@ use std::ops::ControlFlow;
 /// How far the work is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Progress {
-    /// Of what: `cycles`, `trips`, `events`, `logs` that are read, or cycles on both sides of
-    /// uncertain numbers.
+    /// Unit of the count: `cycles`, `trips`, `events`, `logs` that are read, or cycles on both
+    /// sides of uncertain numbers.
     pub what: &'static str,
-    /// What is done.
+    /// Units that are done.
     pub done: u64,
-    /// What there is to do.
+    /// Units in total.
     pub total: u64,
 }
 

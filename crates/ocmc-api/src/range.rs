@@ -19,7 +19,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
 
-/// What is driven until it is empty.
+/// Trips to be driven until the store is empty.
 #[derive(Clone, Debug)]
 pub struct RangeRequest<'a> {
     /// The study, and what the answer calls it.
@@ -31,15 +31,15 @@ pub struct RangeRequest<'a> {
 /// How far the trucks come.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RangeAnswer {
-    /// What the study, or the run, is called.
+    /// Name of the study, or of the run.
     pub source: String,
     /// Length of the trips, in m; none where they have lengths of their own.
     pub trip_length_m: Option<f64>,
     /// The answer.
     #[serde(flatten)]
     pub range: RangeSummary,
-    /// That the trips are too short to show how far trucks come, and what shows it; none where they
-    /// are long enough.
+    /// Remark that the trips are too short to show the range of trucks, and the remedy; none where
+    /// they are long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub too_short: Option<String>,
     #[serde(skip)]
@@ -61,9 +61,11 @@ const SHORT_M: f64 = 5000.0;
 ///
 /// ```
 /// use ocmc_api::{RangeRequest, RunPlan, go_on, range, study};
-/// let study = study::load("battery-truck", &["vehicle.powertrain.battery_electric.battery.capacity_j=1.8e8"])?;
+/// let capacity = "vehicle.powertrain.battery_electric.battery.capacity_j=1.8e8";
+/// let study = study::load("battery-truck", &[capacity])?;
 /// let study = ("battery-truck".to_owned(), &study);
-/// let answer = range(&RangeRequest { study, plan: RunPlan::new(1, 0, 40, None, None) }, &mut go_on)?;
+/// let plan = RunPlan::new(1, 0, 40, None, None);
+/// let answer = range(&RangeRequest { study, plan }, &mut go_on)?;
 /// assert_eq!((answer.range.all.trips, answer.range.all.depleted), (40, 40));
 /// # Ok::<(), ocmc_api::Error>(())
 /// ```
@@ -119,15 +121,15 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     Ok(RangeAnswer { source: name.clone(), trip_length_m, range, too_short, driven })
 }
 
-/// What shows how far trucks come where trips are too short: those that are as long as a study
-/// allows, those of given routes, and those of a run.
+/// Remedies where trips are too short to show the range: those of a study's length, of given
+/// routes, and of a run.
 const LONGER_DURATION: &str = "a longer `simulation.longest_duration_s` allows longer ones";
 const LONGER_ROUTE: &str =
     "a longer route shows it, and `ocmc size` how small a battery this one needs";
 const LONGER_TRIPS: &str =
     "`ocmc range --study NAME|FILE`, without a run, drives trips that are long enough";
 
-/// That trips are too short, and what shows how far trucks come; none where they are long enough.
+/// Remark that trips are too short, and the remedy; none where they are long enough.
 fn too_short(range: &RangeSummary, remedy: &str) -> Option<String> {
     let charge = range.lowest_charge.filter(|_| range.is_too_short())?;
     let RangeOf { trips, depleted, .. } = range.all;
@@ -140,7 +142,7 @@ fn too_short(range: &RangeSummary, remedy: &str) -> Option<String> {
     Some(format!("{trips}: they are too short to show how far trucks come; {remedy}."))
 }
 
-/// What the records of a run tell of the range: a trip that arrived tells that it is longer.
+/// Range from the records of a run: a trip that arrived tells that it is longer.
 ///
 /// # Errors
 /// [`Error::RunDirectory`] where there is no run that was ended, and [`Error::NoBattery`].
@@ -241,10 +243,10 @@ impl Answer for RangeAnswer {
     }
 }
 
-/// What an interval with an open side says.
+/// Explanation of an interval with an open side.
 const OPEN: &str = "  <, >, -: no trip bounds that side; more trips do\n";
 
-/// What the figures are of, and what they leave out.
+/// Scope of the figures, and the effects left out.
 const NOTE: &str = "
 From the charge at departure to the lowest charge that the study allows.
 Intervals are of the chance of trips alone, not of how right the study is.

@@ -23,7 +23,8 @@ pub fn note_report(directory: &Path) -> Result<(), RunDirectoryError> {
 /// directory, which then notes its checksum. An existing file is replaced.
 ///
 /// ```
-/// use ocmc_api::{GivenDrive, RecordFormat, RunPlan, RunRequest, go_on, run, stored_workbook, study};
+/// use ocmc_api::{GivenDrive, RecordFormat, RunPlan, RunRequest};
+/// use ocmc_api::{go_on, run, stored_workbook, study};
 /// let study = study::load("field-truck", &["mission.length_m=3000"])?;
 /// let (given, plan) = (&GivenDrive::nothing(), RunPlan::new(1, 0, 4, None, None));
 /// let folder = tempfile::tempdir().expect("a directory");

@@ -25,11 +25,11 @@ pub use ocmc_estimation::log::road::MissingLimits;
 pub struct RoadRequest<'a> {
     /// The logs.
     pub logs: &'a [Source],
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// How roads are found.
     pub options: RoadOptions,
-    /// What the steering wheel does, for logs that only have its angle.
+    /// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
     pub steering: Option<Steering>,
     /// Whether the standstills that no object of the map explains are stops of the road.
     pub stops: bool,
@@ -42,7 +42,7 @@ pub struct RoadAnswer {
     pub roads: Vec<MadeRoad>,
     /// Number of drives that gave none.
     pub left_out: usize,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
 }
 
@@ -69,7 +69,7 @@ pub struct MadeRoad {
     pub departure_day_of_year: Option<f64>,
     /// The tracks.
     pub tracks: Vec<Track>,
-    /// What was found of it, and what of it is hardly a road.
+    /// Account of the road, and of the parts of it that are hardly a road.
     #[serde(skip)]
     pub account: Account,
 }
@@ -173,8 +173,8 @@ pub(crate) fn drives(
             n => format!("{first} and {} more", n - 1),
         };
         warn(&format!(
-            "{of}: no column of speed limits: those of the road are what the speed of the drive shows (the largest within 500 m, \
-             rounded up to 10 km/h), and no validation of it"
+            "{of}: no column of speed limits: those of the road are what the speed of the drive \
+             shows (the largest within 500 m, rounded up to 10 km/h), and no validation of it"
         ));
     }
     Ok(found)

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// What has to arrive.
+/// Trips that have to arrive.
 #[derive(Clone, Debug)]
 pub struct SizeRequest<'a> {
     /// The study, and what the answer calls it.
@@ -58,7 +58,7 @@ impl Season {
 /// How large the battery has to be.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SizeAnswer {
-    /// What the study is called.
+    /// Name of the study.
     pub source: String,
     /// Trips on which sizes were tried.
     pub trips: u64,
@@ -82,8 +82,8 @@ pub struct SizeAnswer {
 /// J of a kWh.
 const J_PER_KWH: f64 = 3.6e6;
 
-/// Finds the batteries with which shares of a study's trips arrive. Sizes are tried on the same trips;
-/// nothing but the battery's energy differs, and the mass where that is asked for.
+/// Finds the batteries with which shares of a study's trips arrive. Sizes are tried on the same
+/// trips; nothing but the battery's energy differs, and the mass where that is asked for.
 ///
 /// ```
 /// use ocmc_api::{RunPlan, SizeRequest, go_on, size, study};
@@ -218,7 +218,7 @@ impl Answer for SizeAnswer {
     }
 }
 
-/// What the figures are of, and what they leave out.
+/// Scope of the figures, and the effects left out.
 const SAME_MASS: &str = "
 Batteries differ in energy alone: mass, power and resistance are the study's.
 Intervals are of the chance of trips alone, not of how right the study is.

@@ -24,7 +24,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// What messages call it.
+    /// Path of the source in messages.
     pub fn path(&self) -> &Path {
         match self {
             Self::File(path) => path,

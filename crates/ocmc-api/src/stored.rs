@@ -43,7 +43,7 @@ pub fn save(
     Ok(())
 }
 
-/// What the records of a whole run add up to. `measured` is how long it took, in s, and on how many
+/// Totals of the records of a whole run. `measured` is how long it took, in s, and on how many
 /// threads.
 ///
 /// # Errors
@@ -89,7 +89,7 @@ pub enum PartsError {
     },
 }
 
-/// What the run of consecutive parts is.
+/// Run that consecutive parts make up.
 ///
 /// ```
 /// assert!(ocmc_api::joined(&[]).is_err());

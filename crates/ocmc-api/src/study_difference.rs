@@ -13,11 +13,11 @@ const MOST_BESIDE: usize = 8;
 /// How a study B differs from a study A.
 #[derive(Clone, Debug, Serialize)]
 pub struct StudyDifferenceAnswer {
-    /// What A is called.
+    /// Name of A.
     pub study_a: String,
     /// Hash of the resolved study A.
     pub study_hash_a: String,
-    /// What B is called.
+    /// Name of B.
     pub study_b: String,
     /// Hash of the resolved study B.
     pub study_hash_b: String,

@@ -1,4 +1,4 @@
-//! What answers as text have in common.
+//! Parts that answers as text have in common.
 
 use ocmc_fleet::run::RunPlan;
 use ocmc_fleet::uncertainty::{ParameterEffect, ParameterUncertainty};
@@ -10,7 +10,7 @@ pub(crate) fn fact(name: &str, value: impl std::fmt::Display) -> String {
     format!("{name:<10} {value}\n")
 }
 
-/// What an answer has cost.
+/// Time that an answer has taken.
 pub(crate) fn took(wall_s: f64, threads: usize, cycles: u64) -> String {
     let rate = rough(cycles as f64 / wall_s);
     fact("took", format!("{} s on {}: {rate} cycles/s", short(wall_s), threads_text(threads)))
@@ -21,7 +21,7 @@ pub(crate) fn threads_text(threads: usize) -> String {
     if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") }
 }
 
-/// What one standard error of each uncertain number does to a mean, the largest first.
+/// Effect on a mean of one standard error of each uncertain number, the largest first.
 pub(crate) fn effects(uncertainty: &ParameterUncertainty, factor: f64) -> Vec<String> {
     let mut parameters: Vec<_> = uncertainty.parameters.iter().collect();
     let size = |of: &ParameterEffect| of.effect.map_or(f64::INFINITY, f64::abs);

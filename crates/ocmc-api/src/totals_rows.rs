@@ -207,8 +207,8 @@ pub(crate) fn empirical(values: &[f64]) -> Value {
     json!({ "distribution": "empirical", "values": values })
 }
 
-/// Values with the spread that noise of this SD, as a share of each, has added taken off, about their
-/// mean.
+/// Values with the spread that noise of this SD, as a share of each, has added taken off, about
+/// their mean.
 fn shrunk(values: &[f64], noise: f64) -> Vec<f64> {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;

@@ -1,4 +1,4 @@
-//! What one cycle does, step by step.
+//! Course of one cycle, step by step.
 
 use ocmc_core::kernel::drive::trace::{TableColumn, trace as drive};
 use ocmc_io::study::LoadedStudy;

@@ -1,4 +1,4 @@
-//! What it is worth to train the drivers of a fleet who stand worst in its records.
+//! Worth of training the drivers of a fleet who stand worst in its records.
 
 use crate::answer::Answer;
 use crate::cost::costing;
@@ -21,12 +21,12 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Whose training is asked about.
+/// Drivers whose training is asked about.
 #[derive(Clone, Debug)]
 pub struct TrainingRequest<'a> {
     /// The study, and how the answer calls it.
     pub study: (String, &'a LoadedStudy),
-    /// What training changes in the study, as `KEY=VALUE`; where nothing is said, a trained driver
+    /// Changes by training in the study, as `KEY=VALUE`; where nothing is said, a trained driver
     /// drives as the middle fifth of drivers.
     pub coached: Vec<String>,
     /// Share of the drivers who are trained: those who stand worst in the records.
@@ -35,14 +35,14 @@ pub struct TrainingRequest<'a> {
     pub plan: RunPlan,
 }
 
-/// What training is worth.
+/// Worth of training.
 #[derive(Clone, Debug, Serialize)]
 pub struct TrainingAnswer {
-    /// What the study is called.
+    /// Name of the study.
     pub study: String,
     /// Hash of the resolved study.
     pub study_hash: String,
-    /// What training changes; nothing where a trained driver drives as the middle fifth.
+    /// Changes by training; nothing where a trained driver drives as the middle fifth.
     pub coached: Vec<String>,
     /// Master seed.
     pub seed: u64,
@@ -52,12 +52,12 @@ pub struct TrainingAnswer {
     pub cycles: u64,
     /// Share of the drivers who are trained.
     pub share: f64,
-    /// What it is worth, over distance.
+    /// Worth of training, over distance.
     #[serde(flatten)]
     pub training: Training,
     /// Distance of a chosen driver in a year, in m: of the trips that were driven.
     pub distance_m_per_a: f64,
-    /// What training gives a year for each chosen driver: litres, or kWh.
+    /// Saving by training in a year for each chosen driver: litres, or kWh.
     pub amount_per_a: f64,
     /// 95 % interval of that, over drivers.
     pub amount_per_a_ci95: Option<[f64; 2]>,
@@ -195,7 +195,7 @@ impl Answer for TrainingAnswer {
 }
 
 impl TrainingAnswer {
-    /// What training is worth, over distance and a year.
+    /// Worth of training, over distance and a year.
     fn worth(&self) -> String {
         let training = &self.training;
         let (unit, factor) = label(training.column);

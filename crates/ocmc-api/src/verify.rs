@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 pub use ocmc_io::run_directory::CheckedFile;
 
-/// What was found in a run directory.
+/// Findings in a run directory.
 #[derive(Clone, Debug, Serialize)]
 pub struct VerifyAnswer {
     /// Whether every file is what was written.

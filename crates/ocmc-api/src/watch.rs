@@ -25,7 +25,7 @@ impl Progress {
         self.ended(watch(self))
     }
 
-    /// What work has come to that may have been ended here.
+    /// Result of work that may have been ended here.
     pub(crate) fn ended<T>(self, ended: ControlFlow<(), T>) -> Result<T, Error> {
         match ended {
             ControlFlow::Continue(answer) => Ok(answer),

@@ -57,20 +57,20 @@ pub const RUN_FORMATS: [Word<RunFormat>; 3] = [
     ),
 ];
 
-/// Which end of a quantity is the good one.
+/// Good end of a quantity.
 pub const BESTS: [Word<Best>; 2] = [
     ("lowest", "Less is better, as of consumption", Best::Lowest),
     ("highest", "More is better, as of speed", Best::Highest),
 ];
 
-/// What can be taken from the file of a route.
+/// Parts that can be taken from the file of a route.
 pub const KEEPS: [Word<Keep>; 3] = [
     ("weather", "Temperature, pressure, humidity, precipitation, wind", Keep::Weather),
     ("traffic", "Density of traffic", Keep::Traffic),
     ("mission", "Payload and departure", Keep::Mission),
 ];
 
-/// What can be drawn where the file of a route lacks it.
+/// Parts that can be drawn where the file of a route lacks them.
 pub const DRAWS: [Word<Draw>; 4] = [
     ("stops", "Signs, give ways, lights, bumps, railway crossings", Draw::Stops),
     ("limits", "Speed limits, and road types where there are none either", Draw::Limits),
@@ -82,7 +82,8 @@ pub const DRAWS: [Word<Draw>; 4] = [
 pub const FOLLOWS: [Word<Follow>; 2] = [
     (
         "driver",
-        "A driver of the study drives it: its speeds are limits along the road, its standstills are stops",
+        "A driver of the study drives it: its speeds are limits along the road, its standstills \
+         are stops",
         Driver,
     ),
     ("exact", "Without a driver: the exact backward force balance of the prescribed speed", Exact),
@@ -94,7 +95,7 @@ pub const CODINGS: [Word<Coding>; 2] = [
     ("treatment", "As differences to the first driver and to left curves", Coding::Treatment),
 ];
 
-/// What the radius of a curve is.
+/// Definitions of the radius of a curve.
 pub const RADII: [Word<RadiusDefinition>; 3] = [
     ("turn", "Length over heading change: 1 / mean |curvature|", InverseMeanCurvature),
     ("mean", "Mean of 1 / |curvature|, as in the paper; noise biases it upwards", MeanRadius),
@@ -132,7 +133,7 @@ pub const SPEED_TERMS: [Word<SpeedTerm>; 3] = [
     ("none", "No speed term; unbiased", SpeedTerm::None),
 ];
 
-/// What a variance can be over.
+/// Units over which a variance can be taken.
 pub const OVERS: [Word<Over>; 2] = [
     ("trip", "Trips, each by itself", Over::Trip),
     ("truck", "Trucks, each by its total over its total", Over::Truck),
@@ -150,7 +151,7 @@ pub const SEASONS: [Word<Season>; 4] = [
     ("autumn", "September to November", Season::Autumn),
 ];
 
-/// What an identification can estimate beside the controller.
+/// Unknowns that an identification can estimate beside the controller.
 pub const UNKNOWNS: [Word<Unknown>; 4] = [
     ("delay", "How late the driver sees the speed", Unknown::Delay),
     ("mass", "The mass of the truck", Unknown::Mass),

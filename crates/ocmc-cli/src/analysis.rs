@@ -1,5 +1,6 @@
 //! `ocmc sensitivity`, `ocmc compare`, `ocmc doubt`: which factors the spread between cycles comes
-//! from, how studies differ under common random numbers, and what the answer owes to judged numbers.
+//! from, how studies differ under common random numbers, and what the answer owes to judged
+//! numbers.
 
 use crate::arguments::{
     FileOptions, FiledWorkOptions, RangeArguments, StudyOptions, check_range, one_of, whole_number,
@@ -23,7 +24,10 @@ const MOST_CROSSED: u64 = 1_000_000;
 
 /// Options of an analysis that drives many cycles.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("out", |out| out.help("Directory for records, tables and a page; it has to be empty, and is made where it is not there")))]
+#[command(mut_arg("out", |out| out.help(
+    "Directory for records, tables and a page; it has to be empty, and is made where it is not \
+     there"
+)))]
 struct AnalysisArguments {
     #[command(flatten)]
     range: RangeArguments,
@@ -36,7 +40,7 @@ struct AnalysisArguments {
 }
 
 impl AnalysisArguments {
-    /// What was written, and where.
+    /// Reports the files written, and their place.
     fn note_out(&self, files: &str) {
         let FiledWorkOptions { out, answer, .. } = &self.work;
         if let Some(directory) = out.as_ref().filter(|_| !answer.quiet && !answer.json) {
@@ -78,19 +82,27 @@ pub(crate) fn any_column(column: Arg) -> Arg {
 
 /// A sensitivity analysis.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("cycles", |cycles| cycles.help("Number of rows of the design: each drives two cycles, and one more for each factor")))]
+#[command(mut_arg("cycles", |cycles| cycles.help(
+    "Number of rows of the design: each drives two cycles, and one more for each factor"
+)))]
 pub(crate) struct SensitivityArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Only these factors; may be repeated or joined by commas [default: all]
-    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factors()))]
+    #[arg(
+        long, value_name = "NAME", value_delimiter = ',',
+        value_parser = PossibleValuesParser::new(factors())
+    )]
     factor: Vec<String>,
-    /// What the variance is over [default: trip]
+    /// Unit over which the variance is taken [default: trip]
     #[arg(long, value_name = "WHAT", value_parser = one_of(OVERS))]
     over: Option<Over>,
     /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the
     /// variance two ways
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(2..=MOST_CROSSED))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(2..=MOST_CROSSED)
+    )]
     crossed: Option<u64>,
     /// Shares of the six factors that add up to one, too: Shapley effects, for 64 more cycles a row
     #[arg(long)]
@@ -122,7 +134,9 @@ pub(crate) struct CompareArguments {
 
 /// A study whose judged numbers are moved.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("cycles", |cycles| cycles.default_value("2000").help("Number of cycles at each end of the twelve entries that matter most; the others drive a tenth")))]
+#[command(mut_arg("cycles", |cycles| cycles.default_value("2000").help(
+    "Number of cycles at each end of the twelve entries that matter most; the others drive a tenth"
+)))]
 pub(crate) struct DoubtArguments {
     #[command(flatten)]
     study: StudyOptions,

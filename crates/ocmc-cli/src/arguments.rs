@@ -1,4 +1,4 @@
-//! What commands have in common of what the user types: plain data, and how values are read.
+//! Common parts of the commands' arguments: plain data, and how values are read.
 
 use crate::failure::Failure;
 use crate::output::{self, Target, warn};
@@ -85,17 +85,26 @@ impl StudyOptions {
     }
 }
 
-/// Which cycles.
+/// Range of cycles.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct RangeArguments {
     /// Number of cycles
-    #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    #[arg(
+        long, value_name = "N", default_value = "1000", allow_negative_numbers = true,
+        value_parser = whole_number(1..=LAST_CYCLE_ID)
+    )]
     pub(crate) cycles: u64,
     /// Id of the first cycle
-    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    #[arg(
+        long, value_name = "ID", default_value = "0", allow_negative_numbers = true,
+        value_parser = whole_number(0..=LAST_CYCLE_ID - 1)
+    )]
     pub(crate) first_cycle: u64,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     pub(crate) seed: u64,
 }
 
@@ -112,10 +121,16 @@ impl RangeArguments {
 pub(crate) struct TruckOptions {
     /// Number of trucks, in place of --cycles: each makes the study's `fleet.trips_per_truck`
     /// trips, or --trips
-    #[arg(long, value_name = "N", conflicts_with = "cycles", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    #[arg(
+        long, value_name = "N", conflicts_with = "cycles", allow_negative_numbers = true,
+        value_parser = whole_number(1..=LAST_CYCLE_ID)
+    )]
     pub(crate) trucks: Option<u64>,
     /// Trips of each truck: sets `fleet.trips_per_truck` of the study
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_TRIPS))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=MOST_TRIPS)
+    )]
     pub(crate) trips: Option<u64>,
 }
 
@@ -209,7 +224,10 @@ impl TableOptions {
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct WorkOptions {
     /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=MOST_THREADS)
+    )]
     pub(crate) threads: Option<usize>,
     #[command(flatten)]
     pub(crate) answer: AnswerOptions,
@@ -219,7 +237,10 @@ pub(crate) struct WorkOptions {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct FiledWorkOptions {
     /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=MOST_THREADS)
+    )]
     pub(crate) threads: Option<usize>,
     /// Directory for tables, pictures and a page; it has to be empty, and is made where it is not
     /// there

@@ -9,7 +9,7 @@ use ocmc_api::{
 };
 use std::path::PathBuf;
 
-/// Whose trips are compared.
+/// Trips to be compared.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct BenchmarkArguments {
     /// Table with one row a trip: distance_km, fuel_l or energy_kwh, and where known
@@ -30,14 +30,21 @@ pub(crate) struct BenchmarkArguments {
     /// Keeps the names of the drivers, who else are numbered
     #[arg(long)]
     names: bool,
-    /// Does not adjust for the mean speed of trips: it tells the roads, but a driver has a hand in it
+    /// Does not adjust for the mean speed of trips: it tells the roads, but a driver has a hand in
+    /// it
     #[arg(long)]
     no_speed: bool,
     /// Trips of the study
-    #[arg(long, value_name = "N", default_value = "3200", allow_negative_numbers = true, value_parser = whole_number(100..=1_000_000_u64))]
+    #[arg(
+        long, value_name = "N", default_value = "3200", allow_negative_numbers = true,
+        value_parser = whole_number(100..=1_000_000_u64)
+    )]
     cycles: u64,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     #[command(flatten)]
     work: FiledWorkOptions,

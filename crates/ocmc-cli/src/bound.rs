@@ -18,7 +18,10 @@ pub(crate) struct BoundArguments {
     #[command(flatten)]
     range: RangeArguments,
     /// This cycle alone
-    #[arg(long, value_name = "ID", conflicts_with_all = ["cycles", "first_cycle"], allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    #[arg(
+        long, value_name = "ID", conflicts_with_all = ["cycles", "first_cycle"],
+        allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1)
+    )]
     cycle_id: Option<u64>,
     /// With --cycle-id: file for speed and gear of the optimum, `.csv` or `.json`; an existing one
     /// is replaced

@@ -12,14 +12,14 @@ use ocmc_api::{
 };
 use std::path::{Path, PathBuf};
 
-/// What can be calibrated.
+/// Parts that can be calibrated.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum CalibrateCommand {
     /// Curve speeds: the law with which a study, driven and measured as drivers were, gives a
     /// measured table back
     CurveSpeed(CurveSpeedArguments),
-    /// Totals of trips: the judged numbers with which a study takes what the trips of a fleet, or the
-    /// fills of its tanks, took
+    /// Totals of trips: the judged numbers with which a study takes what the trips of a fleet, or
+    /// the fills of its tanks, took
     Totals(TotalsArguments),
 }
 
@@ -39,7 +39,10 @@ pub(crate) struct TotalsArguments {
     #[command(flatten)]
     noise: NoiseOptions,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     #[command(flatten)]
     work: WorkOptions,
@@ -62,13 +65,22 @@ pub(crate) struct CurveSpeedArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Drivers of the simulated table
-    #[arg(long, value_name = "N", default_value = "240", allow_negative_numbers = true, value_parser = whole_number(20..=100_000_u64))]
+    #[arg(
+        long, value_name = "N", default_value = "240", allow_negative_numbers = true,
+        value_parser = whole_number(20..=100_000_u64)
+    )]
     drivers: u64,
     /// Trips of each of them
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(1..=1000_u64))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(1..=1000_u64)
+    )]
     trips: u64,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     /// Smallest residual SD that the law may have
     #[arg(long, value_name = "SD", default_value = "0.048", allow_negative_numbers = true)]
@@ -79,8 +91,8 @@ pub(crate) struct CurveSpeedArguments {
     /// Largest radius that takes part, in m
     #[arg(long, value_name = "M", default_value = "500", allow_negative_numbers = true)]
     maximum_radius: f64,
-    /// Only curves with at least this lateral acceleration (speed squared over radius) take part, in
-    /// m/s²
+    /// Only curves with at least this lateral acceleration (speed squared over radius) take part,
+    /// in m/s²
     #[arg(long, value_name = "MPS2", default_value = "0", allow_negative_numbers = true)]
     least_lateral: f64,
     #[command(flatten)]

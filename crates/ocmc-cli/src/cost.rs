@@ -6,7 +6,7 @@ use clap::Args;
 use ocmc_api::CostRequest;
 use std::path::PathBuf;
 
-/// What is to be costed.
+/// Studies to be costed.
 #[derive(Clone, Debug, Args)]
 #[command(
     mut_arg("cycles", |cycles| cycles.help("Number of cycles in each study")),

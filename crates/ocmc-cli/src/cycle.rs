@@ -12,10 +12,16 @@ pub(crate) struct CycleArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Id of the cycle, as in the records
-    #[arg(long, value_name = "ID", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    #[arg(
+        long, value_name = "ID", allow_negative_numbers = true,
+        value_parser = whole_number(0..=LAST_CYCLE_ID - 1)
+    )]
     cycle_id: u64,
     /// Master seed of the run
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     #[command(flatten)]
     table: TableOptions,

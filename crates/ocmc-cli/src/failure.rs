@@ -26,7 +26,8 @@ pub(crate) enum Failure {
     Exists { path: PathBuf },
     /// A file of a run directory that leads elsewhere.
     #[error(
-        "`{}` is a symbolic link, and what it names is not ours: remove it, or say with {otherwise}",
+        "`{}` is a symbolic link, and what it names is not ours: remove it, or say with \
+         {otherwise}",
         path.display()
     )]
     Link { path: PathBuf, otherwise: &'static str },
@@ -45,7 +46,7 @@ pub(crate) enum Failure {
 }
 
 impl From<Error> for Failure {
-    /// What options that do not fit together cause is wrong usage.
+    /// Maps errors of options that do not fit together to wrong usage.
     fn from(error: Error) -> Self {
         match error {
             Error::GivenDrive(GivenDriveError::Several | GivenDriveError::Route) => {

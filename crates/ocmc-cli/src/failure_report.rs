@@ -1,4 +1,4 @@
-//! What users are told about a failure: what is wrong, and what to do about it.
+//! Messages to users about a failure: the fault, and the remedy.
 
 use crate::failure::Failure;
 use crate::output::width;
@@ -31,7 +31,7 @@ pub(crate) fn report(failure: &Failure) -> String {
     printable(&format!("error: {failure}{help}")).into_owned()
 }
 
-/// What to do about a question without an answer.
+/// Remedy for a question without an answer.
 fn help_of(error: &Error) -> Option<String> {
     let help = match error {
         Error::RunDirectory(RunDirectoryError::Exists { unfinished: true, path, .. }) => {
@@ -83,8 +83,8 @@ fn help_of(error: &Error) -> Option<String> {
     Some(help.to_owned())
 }
 
-/// What is wrong with a study, drawn around the lines where it is written. Without a terminal, the
-/// same as plain text.
+/// Report of the faults in a study, drawn around the lines where it is written. Without a terminal,
+/// the same as plain text.
 fn study_report(error: &StudyFileError) -> String {
     let stderr = io::stderr();
     let width = width(terminal_size_of(&stderr));

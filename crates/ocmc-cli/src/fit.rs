@@ -21,7 +21,7 @@ use std::slice::from_ref;
 /// Most files that a study names as its sources.
 const MOST_NAMED: usize = 4;
 
-/// What can be fitted.
+/// Laws that can be fitted.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum FitCommand {
     /// Curve speeds: regression and analysis of variance of measured curves, and the driver
@@ -106,7 +106,9 @@ pub(crate) struct CurveSpeedArguments {
     #[arg(long, value_name = "SHARE", default_value = "0.9", allow_negative_numbers = true)]
     limit_share: f64,
     /// How the coefficients of drivers and directions are listed in the JSON
-    #[arg(long, value_name = "CODING", default_value = "sum-to-zero", value_parser = one_of(CODINGS))]
+    #[arg(
+        long, value_name = "CODING", default_value = "sum-to-zero", value_parser = one_of(CODINGS)
+    )]
     coding: Coding,
     #[command(flatten)]
     fitted: FittedArguments,
@@ -208,7 +210,9 @@ pub(crate) struct HourlyFitOptions {
     utc_offset: Option<PlaceClock>,
     /// Time zone of the place, such as Europe/Berlin, for times in UTC or with an offset, and for
     /// local times with summer time
-    #[arg(long, value_name = "NAME", conflicts_with = "utc_offset", value_parser = PlaceClock::zone)]
+    #[arg(
+        long, value_name = "NAME", conflicts_with = "utc_offset", value_parser = PlaceClock::zone
+    )]
     zone: Option<PlaceClock>,
     #[command(flatten)]
     fitted: FittedArguments,
@@ -225,7 +229,8 @@ pub(crate) struct FleetArguments {
     #[arg(long, value_name = "COLUMN")]
     column: Option<String>,
     /// Column that says how much a trip counts, such as distance_m: the variance of a trip is
-    /// inverse to it; `none`: each counts once [default: the distance, of amounts over the distance]
+    /// inverse to it; `none`: each counts once [default: the distance, of amounts over the
+    /// distance]
     #[arg(long, value_name = "COLUMN")]
     weight: Option<String>,
     /// Says which column is what, as in truck=plate; may be repeated
@@ -238,22 +243,37 @@ pub(crate) struct FleetArguments {
     #[arg(long)]
     month: bool,
     /// Difference that is to be told apart, of the mean
-    #[arg(long, value_name = "SHARE", default_value = "1%", value_parser = share, allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "SHARE", default_value = "1%", value_parser = share,
+        allow_negative_numbers = true
+    )]
     differ: f64,
     /// Power with which it is to be told apart
-    #[arg(long, value_name = "SHARE", default_value = "80%", value_parser = share, allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "SHARE", default_value = "80%", value_parser = share,
+        allow_negative_numbers = true
+    )]
     power: f64,
     /// Trips of each truck in the next year [default: as in the records]
-    #[arg(long, value_name = "N", value_parser = whole_number(1..=MOST_NEXT_TRIPS), allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "N", value_parser = whole_number(1..=MOST_NEXT_TRIPS),
+        allow_negative_numbers = true
+    )]
     next_trips: Option<u64>,
-    /// Which end of the column stands first in the league
+    /// End of the column that stands first in the league
     #[arg(long, value_name = "END", default_value = "lowest", value_parser = one_of(BESTS))]
     best: Best,
     /// Draws of all trucks and drivers, in which it is counted how sure the league is
-    #[arg(long, value_name = "N", default_value = "4000", value_parser = whole_number(1..=MOST_DRAWS), allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "N", default_value = "4000", value_parser = whole_number(1..=MOST_DRAWS),
+        allow_negative_numbers = true
+    )]
     draws: u64,
     /// Seed of these draws
-    #[arg(long, value_name = "N", default_value = "1", value_parser = whole_number(0..=u64::MAX), allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "N", default_value = "1", value_parser = whole_number(0..=u64::MAX),
+        allow_negative_numbers = true
+    )]
     seed: u64,
     #[command(flatten)]
     answer: AnswerOptions,

@@ -1,5 +1,5 @@
-//! Ctrl-C: the first one asks the work to stop, a later one ends the program. Work that has nothing to
-//! keep and does not stop soon is ended with the program.
+//! Ctrl-C: the first one asks the work to stop, a later one ends the program. Work that has nothing
+//! to keep and does not stop soon is ended with the program.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Once, OnceLock};

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 /// Options of learning.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct LearnArguments {
-    /// Folder with what the fleet has: tables of trips or fills, logs and tracks, tables of weather,
-    /// traffic, curves and speed changes
+    /// Folder with what the fleet has: tables of trips or fills, logs and tracks, tables of
+    /// weather, traffic, curves and speed changes
     #[arg(value_name = "FOLDER")]
     folder: PathBuf,
     /// Says which column is what, as in fuel_amount_l=diesel; may be repeated
@@ -25,12 +25,18 @@ pub(crate) struct LearnArguments {
     #[command(flatten)]
     files: FileOptions,
     /// Share of the trips that the check is made on, whole days of a truck; 0 for none
-    #[arg(long, value_name = "SHARE", default_value = "20%", value_parser = held_back, allow_negative_numbers = true)]
+    #[arg(
+        long, value_name = "SHARE", default_value = "20%", value_parser = held_back,
+        allow_negative_numbers = true
+    )]
     hold_back: f64,
     #[command(flatten)]
     noise: NoiseOptions,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     #[command(flatten)]
     work: WorkOptions,

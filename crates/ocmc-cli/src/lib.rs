@@ -154,7 +154,8 @@ fn command() -> clap::Command {
         groups.push('\n');
     }
     let template = format!(
-        "{{before-help}}{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}{{after-help}}"
+        "{{before-help}}{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n\
+         {{options}}{{after-help}}"
     );
     command.help_template(template)
 }
@@ -192,13 +193,13 @@ enum Command {
     Sensitivity(SensitivityArguments),
     /// Compares studies under common random numbers: the paired difference and its interval
     Compare(CompareArguments),
-    /// Drives a study at many points, values of its keys, on the same cycles: the mean of each and the
-    /// paired difference to the first
+    /// Drives a study at many points, values of its keys, on the same cycles: the mean of each and
+    /// the paired difference to the first
     Sweep(SweepArguments),
     /// Answers a question that is JSON, in lines of JSON: for pages and other programs
     Ask(AskArguments),
-    /// Opens a page in the browser to ask with: drop routes and tables of trips, choose trucks, see what
-    /// the fleet uses
+    /// Opens a page in the browser to ask with: drop routes and tables of trips, choose trucks, see
+    /// what the fleet uses
     Page(PageArguments),
     /// Finds what the answer owes to numbers that nobody measured: each at both ends of its range
     Doubt(DoubtArguments),
@@ -231,8 +232,8 @@ enum Command {
     /// Finds the laws with which a study gives measured tables back
     #[command(subcommand)]
     Calibrate(CalibrateCommand),
-    /// Learns a study from the files of a fleet: fits what can be fitted, calibrates the rest to the
-    /// totals of its trips, and checks it on trips that were held back
+    /// Learns a study from the files of a fleet: fits what can be fitted, calibrates the rest to
+    /// the totals of its trips, and checks it on trips that were held back
     Learn(LearnArguments),
     /// Sets measured trips beside what a study expects of them: trucks and drivers that differ
     /// beyond chance, and what a date or a group changed
@@ -321,7 +322,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
     }
 }
 
-/// What was typed, and the names of the sub-commands that it was typed to.
+/// Arguments that were typed, and the names of the sub-commands that they were typed to.
 fn parsed(
     arguments: impl IntoIterator<Item = OsString>,
 ) -> Result<(Arguments, Vec<String>), clap::Error> {

@@ -25,7 +25,7 @@ struct LogFileArguments {
     map: Vec<String>,
 }
 
-/// What the steering wheel does, for logs that only have its angle.
+/// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct SteeringArguments {
     /// Ratio of the steering, for logs that only have the angle of the steering wheel
@@ -56,9 +56,12 @@ pub(crate) struct CurvesArguments {
     #[command(flatten)]
     table: TableOptions,
     /// How curves are distinguished from straights
-    #[arg(long, value_name = "NAME", default_value = "hidden-markov", value_parser = one_of(detectors()))]
+    #[arg(
+        long, value_name = "NAME", default_value = "hidden-markov",
+        value_parser = one_of(detectors())
+    )]
     detector: Detector,
-    /// What the radius of a curve is
+    /// Definition of the radius of a curve
     #[arg(long, value_name = "NAME", default_value = "turn", value_parser = one_of(RADII))]
     radius: RadiusDefinition,
     /// Share of a curve's length, in its middle, in which speed and radius are measured [default:
@@ -103,21 +106,33 @@ pub(crate) struct IdentifyArguments {
     /// the paper bias the gains and have no intervals
     #[arg(long, value_name = "NAME", default_value = "none", value_parser = one_of(SPEED_TERMS))]
     speed_term: SpeedTerm,
-    /// What else is not known and is estimated with the gains; may be joined by commas. Default: all
-    /// of it with a PID and without a speed term, otherwise none
+    /// Further unknowns, estimated with the gains; may be joined by commas. Default: all of it with
+    /// a PID and without a speed term, otherwise none
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = one_of(UNKNOWNS))]
     unknown: Option<Vec<Unknown>>,
     /// Starts of the search for each event
-    #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    #[arg(
+        long, value_name = "N", default_value = "8",
+        value_parser = clap::value_parser!(u16).range(1..=4096)
+    )]
     starts: u16,
     /// Bounds of K_P, in s/m
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().proportional)]
+    #[arg(
+        long, value_names = ["LOWER", "UPPER"], num_args = 2,
+        default_values_t = IdentifyOptions::default().proportional
+    )]
     kp: Vec<f64>,
     /// Bounds of K_I, in 1/m
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().integral)]
+    #[arg(
+        long, value_names = ["LOWER", "UPPER"], num_args = 2,
+        default_values_t = IdentifyOptions::default().integral
+    )]
     ki: Vec<f64>,
     /// Bounds of K_D, in s²/m; the lower one may be negative
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().derivative, allow_negative_numbers = true)]
+    #[arg(
+        long, value_names = ["LOWER", "UPPER"], num_args = 2,
+        default_values_t = IdentifyOptions::default().derivative, allow_negative_numbers = true
+    )]
     kd: Vec<f64>,
     /// No intervals: several times as fast
     #[arg(long)]

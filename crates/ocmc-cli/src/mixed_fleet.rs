@@ -1,5 +1,5 @@
-//! `ocmc` on a study with groups, `[[fleet.group]]`: what a fleet of several kinds of trucks adds up
-//! to.
+//! `ocmc` on a study with groups, `[[fleet.group]]`: what a fleet of several kinds of trucks adds
+//! up to.
 
 use crate::failure::Failure;
 use crate::output::{self, warn};

@@ -36,7 +36,8 @@ pub(crate) fn answer_bytes(bytes: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// Writes an answer, as JSON where that was asked for, and before it what was read and its warnings.
+/// Writes an answer, as JSON where that was asked for, and before it what was read and its
+/// warnings.
 pub(crate) fn print(found: &impl Answer, json: bool) -> Result<(), Failure> {
     found.notes().iter().for_each(|told| note(told));
     print_quietly(found, json)

@@ -17,8 +17,8 @@ const TICK: Duration = Duration::from_millis(50);
 /// A page.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PageArguments {
-    /// Files that lie on the page as if they had been dropped there: routes, tracks, stop plans, tables
-    /// of trips, study files
+    /// Files that lie on the page as if they had been dropped there: routes, tracks, stop plans,
+    /// tables of trips, study files
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Port of the loopback; 0: any that is free

@@ -30,8 +30,8 @@ pub(crate) fn kept<T>(
     shown(quiet, ask)
 }
 
-/// Does work that does not say how far it is, beside a sign that it goes on and for how long; `quiet`
-/// draws none.
+/// Does work that does not say how far it is, beside a sign that it goes on and for how long;
+/// `quiet` draws none.
 pub(crate) fn busy<T>(quiet: bool, what: &'static str, work: impl FnOnce() -> T) -> T {
     let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(what);
     if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {

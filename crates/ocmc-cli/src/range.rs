@@ -6,12 +6,15 @@ use clap::Args;
 use ocmc_api::{RangeRequest, range_of_run};
 use std::path::PathBuf;
 
-/// Whose range is asked for.
+/// Trucks whose range is asked for.
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("study", |study| study.default_value("battery-truck")))]
 pub(crate) struct BatteryRangeArguments {
     /// Directory of a run, whose records are taken instead of driving a study
-    #[arg(value_name = "DIR", conflicts_with_all = ["study", "set", "cycles", "seed", "first_cycle", "threads"])]
+    #[arg(
+        value_name = "DIR",
+        conflicts_with_all = ["study", "set", "cycles", "seed", "first_cycle", "threads"]
+    )]
     run: Option<PathBuf>,
     #[command(flatten)]
     study: StudyOptions,

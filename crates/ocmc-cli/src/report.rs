@@ -21,8 +21,8 @@ pub(crate) struct ReportArguments {
     /// File to write; an existing one is replaced [default: report.html in the run directory]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Writes a workbook for spreadsheets instead: answer, routes, trucks, records, study; an existing
-    /// one is replaced [default: run.xlsx in the run directory]
+    /// Writes a workbook for spreadsheets instead: answer, routes, trucks, records, study; an
+    /// existing one is replaced [default: run.xlsx in the run directory]
     #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with = "out")]
     #[allow(
         clippy::option_option,
@@ -77,8 +77,8 @@ fn page(directory: &Path, out: Option<&Path>, quiet: bool) -> Result<PathBuf, Fa
     Ok(path)
 }
 
-/// A file of a run directory that is to be written; one that leads elsewhere is not. `otherwise` says
-/// with what another one is named.
+/// A file of a run directory that is to be written; one that leads elsewhere is not. `otherwise`
+/// says with what another one is named.
 pub(crate) fn own_file(
     directory: &Path,
     name: &str,

@@ -41,7 +41,10 @@ struct RoadOfLogArguments {
     #[arg(long, value_name = "M", default_value = "200", allow_negative_numbers = true)]
     altitude_average: f64,
     /// Smallest and largest radius of curves that are taken, in m
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values = ["20", "500"], allow_negative_numbers = true)]
+    #[arg(
+        long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values = ["20", "500"],
+        allow_negative_numbers = true
+    )]
     radius_range: Vec<f64>,
     /// Cuts a curve in two where its curvature steps by this factor or more
     #[arg(long, value_name = "RATIO")]
@@ -74,17 +77,23 @@ pub(crate) struct ValidateArguments {
     /// a route, VECTO's `.vdri` [default: each drive on the road that its own log shows]
     #[arg(long, value_name = "FILE")]
     road: Option<PathBuf>,
-    /// What is taken from the road's file instead of being drawn from the study; may be repeated or
-    /// joined by commas
+    /// Parts that are taken from the road's file instead of being drawn from the study; may be
+    /// repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(KEEPS))]
     keep: Vec<Keep>,
     #[command(flatten)]
     study: StudyOptions,
     /// Independent trips that are simulated on each road
-    #[arg(long, value_name = "N", default_value = "2000", allow_negative_numbers = true, value_parser = whole_number(2..=MOST_TRIPS))]
+    #[arg(
+        long, value_name = "N", default_value = "2000", allow_negative_numbers = true,
+        value_parser = whole_number(2..=MOST_TRIPS)
+    )]
     trips: u64,
     /// Master seed of the trips
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     /// Way behind a moving start and before a moving end that is not scored, in m: simulated trips
     /// begin and end at rest

@@ -20,7 +20,7 @@ use ocmc_api::{
 };
 use std::path::{Path, PathBuf};
 
-/// What the study is that nobody asked for.
+/// Description of the study where none was asked for.
 const DEFAULT_STUDY: &str = "`field-truck` has trucks of the 40 t class with 28 t in the mean, on \
     urban, rural and motorway roads. Others: --study long-haul, `ocmc study list`.";
 
@@ -40,24 +40,36 @@ pub(crate) struct RunArguments {
     #[command(flatten)]
     files: FileOptions,
     /// Number of cycles [default: 1000]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=LAST_CYCLE_ID)
+    )]
     cycles: Option<u64>,
     #[command(flatten)]
     fleet: TruckOptions,
     /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative
-    /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number, and
-    /// 1000000 unless it is given
+    /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number,
+    /// and 1000000 unless it is given
     #[arg(long, value_name = "PRECISION", value_parser = precision)]
     precision: Option<Precision>,
     /// Id of the first cycle: a run can be shared out over machines [default: 0]
-    #[arg(long, value_name = "ID", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    #[arg(
+        long, value_name = "ID", allow_negative_numbers = true,
+        value_parser = whole_number(0..=LAST_CYCLE_ID - 1)
+    )]
     first_cycle: Option<u64>,
     /// Master seed: with the study and a cycle's id it fixes everything that happens in the cycle
     /// [default: 1]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: Option<u64>,
     /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=MOST_THREADS)
+    )]
     threads: Option<usize>,
     /// Directory for the records, the manifest and the summary of the run; without it nothing is
     /// written
@@ -77,10 +89,16 @@ pub(crate) struct RunArguments {
     #[arg(long)]
     json: bool,
     /// Instructions to use: the records do not depend on it
-    #[arg(long, hide = true, value_parser = one_of(CpuLevel::ALL.map(|level| (level.name(), "", level))))]
+    #[arg(
+        long, hide = true,
+        value_parser = one_of(CpuLevel::ALL.map(|level| (level.name(), "", level)))
+    )]
     cpu_level: Option<CpuLevel>,
     /// Cycles that a thread drives at a time: the records do not depend on it
-    #[arg(long, hide = true, allow_negative_numbers = true, value_parser = whole_number(1..=LARGEST_CHUNK))]
+    #[arg(
+        long, hide = true, allow_negative_numbers = true,
+        value_parser = whole_number(1..=LARGEST_CHUNK)
+    )]
     chunk: Option<u64>,
 }
 
@@ -94,12 +112,12 @@ pub(crate) struct DriveArguments {
     /// Says which column of a table is what, as in speed_limit_kmh=vmax; may be repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     map: Vec<String>,
-    /// What is taken from the file instead of being drawn from the study; may be repeated or joined
-    /// by commas
+    /// Parts that are taken from the file instead of being drawn from the study; may be repeated or
+    /// joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(KEEPS))]
     keep: Vec<Keep>,
-    /// What is drawn from the study's laws of each road type, anew in each cycle, where the file
-    /// lacks it; may be repeated or joined by commas
+    /// Parts that are drawn from the study's laws of each road type, anew in each cycle, where the
+    /// file lacks them; may be repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(DRAWS))]
     draw: Vec<Draw>,
     /// The stop plan that is driven on the route: a table of places with dwells, loads and times
@@ -359,7 +377,7 @@ fn routes_setting(routes: &[RouteModel]) -> String {
     format!("mission.routes=[{}]", all.join(", "))
 }
 
-/// What was written, and where.
+/// Report of the files written, and their place.
 fn written(path: &Path, manifest: &Manifest) -> String {
     let records = &manifest.records;
     let beside = ["trucks", "chargings", "loads"].map(|name| records.replace("records", name));

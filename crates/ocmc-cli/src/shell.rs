@@ -57,7 +57,8 @@ fn bash(script: &str, names: &str) -> String {
 fn zsh(script: &str, names: &str) -> String {
     // an action of its own: within one of `_arguments` the colons would end it
     let both = format!(
-        "_ocmc_studies() {{\n    _alternative \"studies:study:({names})\" \"files:file:_files\"\n}}\n"
+        "_ocmc_studies() {{\n    _alternative \"studies:study:({names})\" \"files:file:_files\"\n\
+         }}\n"
     );
     let lines = script.lines().map(|line| {
         let option = line.contains(":NAME|FILE:_files'");
@@ -158,7 +159,8 @@ mod tests {
         {
             let ask = format!(
                 "{script}\nCOMP_WORDS=({words}); COMP_CWORD={at}\n\
-                 _ocmc ocmc \"${{COMP_WORDS[$COMP_CWORD]}}\" \"${{COMP_WORDS[$((COMP_CWORD-1))]}}\"\necho \"${{COMPREPLY[@]}}\"\n"
+                 _ocmc ocmc \"${{COMP_WORDS[$COMP_CWORD]}}\" \
+                 \"${{COMP_WORDS[$((COMP_CWORD-1))]}}\"\necho \"${{COMPREPLY[@]}}\"\n"
             );
             let asked = Process::new("bash").args(["-c", &ask]).output().expect("bash starts");
             let said = String::from_utf8_lossy(&asked.stdout).into_owned();

@@ -14,14 +14,22 @@ pub(crate) struct SimulatorStudyArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     /// Repetitions of the study, each with eight drivers of its own
-    #[arg(long, value_name = "N", default_value = "40", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_REPETITIONS))]
+    #[arg(
+        long, value_name = "N", default_value = "40", allow_negative_numbers = true,
+        value_parser = whole_number(1..=MOST_REPETITIONS)
+    )]
     repetitions: u64,
     /// Speed that the objective compares with the set speed: the simulated one, as the paper's
     /// equation reads
-    #[arg(long, value_name = "NAME", default_value = "simulated", value_parser = one_of(SPEED_TERMS))]
+    #[arg(
+        long, value_name = "NAME", default_value = "simulated", value_parser = one_of(SPEED_TERMS)
+    )]
     speed_term: SpeedTerm,
     /// No gains: they take most of the time
     #[arg(long)]

@@ -5,14 +5,17 @@ use crate::failure::Failure;
 use clap::Args;
 use ocmc_api::{SEASONS, Season, SizeRequest};
 
-/// Whose battery is asked for.
+/// Trucks whose battery is asked for.
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("study", |study| study.default_value("battery-truck")))]
 pub(crate) struct SizeArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Share of the trips that has to arrive; may be repeated
-    #[arg(long, value_name = "SHARE", default_value = "95%", allow_hyphen_values = true, value_parser = share)]
+    #[arg(
+        long, value_name = "SHARE", default_value = "95%", allow_hyphen_values = true,
+        value_parser = share
+    )]
     arrive: Vec<f64>,
     /// Mass of the truck that a kWh of battery adds, in kg
     #[arg(long, value_name = "KG", default_value_t = 0.0, allow_negative_numbers = true)]

@@ -14,7 +14,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// What can be done with studies.
+/// Commands on studies.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum StudyCommand {
     /// Lists the built-in studies
@@ -38,7 +38,10 @@ pub(crate) enum StudyCommand {
         file: PathBuf,
         /// Built-in study that the new one inherits from: its keys stand in the file as comments
         /// [default: every key of field-truck is written]
-        #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(study::list().iter().map(|study| study.name)))]
+        #[arg(
+            long, value_name = "NAME",
+            value_parser = PossibleValuesParser::new(study::list().iter().map(|study| study.name))
+        )]
         base: Option<String>,
         #[command(flatten)]
         quiet: QuietOption,
@@ -91,7 +94,9 @@ impl StudyArguments {
 
 /// Roads of a study.
 #[derive(Clone, Debug, Args)]
-#[command(mut_arg("cycles", |cycles| cycles.default_value("100").help("Number of operating cycles that are drawn")))]
+#[command(mut_arg("cycles", |cycles| {
+    cycles.default_value("100").help("Number of operating cycles that are drawn")
+}))]
 pub(crate) struct BirdsEyeArguments {
     #[command(flatten)]
     study: StudyArguments,
@@ -209,8 +214,8 @@ fn init(path: &Path, base: Option<&str>, quiet: bool) -> Result<(), Failure> {
 }
 
 /// Writes a study with fitted values laid over its base, named after its file, and says how to run
-/// it. `by`: the command that has fitted the values, and from what; `standard` is the name where the file has
-/// none.
+/// it. `by`: the command that has fitted the values, and from what; `standard` is the name where
+/// the file has none.
 pub(crate) fn write_fitted(
     path: &Path,
     base: &str,

@@ -24,7 +24,7 @@ pub(crate) struct SweepArguments {
     /// A table of the points instead of the grid: columns are keys, rows are points
     #[arg(long, value_name = "FILE")]
     list: Option<PathBuf>,
-    /// What the points are compared with [default: first]
+    /// Reference that the points are compared with [default: first]
     #[arg(long, value_name = "WHAT", value_parser = one_of(AGAINSTS))]
     against: Option<Against>,
     #[command(flatten)]

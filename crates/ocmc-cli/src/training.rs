@@ -6,30 +6,40 @@ use clap::Args;
 use ocmc_api::{LAST_CYCLE_ID, MeasuredTrainingRequest, RunPlan, TrainingRequest, Watch};
 use std::path::PathBuf;
 
-/// Whose training is asked about.
+/// Drivers whose training is asked about.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TrainingArguments {
     #[command(flatten)]
     study: StudyOptions,
     /// Number of trucks
-    #[arg(long, value_name = "N", default_value = "200", allow_negative_numbers = true, value_parser = whole_number(2..=LAST_CYCLE_ID))]
+    #[arg(
+        long, value_name = "N", default_value = "200", allow_negative_numbers = true,
+        value_parser = whole_number(2..=LAST_CYCLE_ID)
+    )]
     trucks: u64,
     /// Trips of each truck: sets `fleet.trips_per_truck` of the study [default: the study's; 50
     /// where it has one trip]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_TRIPS))]
+    #[arg(
+        long, value_name = "N", allow_negative_numbers = true,
+        value_parser = whole_number(1..=MOST_TRIPS)
+    )]
     trips: Option<u64>,
     /// Share of the drivers who are trained: those who stand worst in the records
     #[arg(long, value_name = "SHARE", default_value = "20%", value_parser = share)]
     share: f64,
-    /// What training changes in the study; may be repeated [default: trained drivers drive as the
+    /// Changes by training in the study; may be repeated [default: trained drivers drive as the
     /// middle fifth of drivers]
     #[arg(long, value_name = "KEY=VALUE")]
     coached: Vec<String>,
-    /// Drivers that were measured, instead of simulated ones: the benchmark.json of `ocmc benchmark`
+    /// Drivers that were measured, instead of simulated ones: the benchmark.json of `ocmc
+    /// benchmark`
     #[arg(long, value_name = "FILE", conflicts_with = "coached")]
     benchmark: Option<PathBuf>,
     /// Master seed
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    #[arg(
+        long, value_name = "N", default_value = "1", allow_negative_numbers = true,
+        value_parser = whole_number(0..=u64::MAX)
+    )]
     seed: u64,
     #[command(flatten)]
     work: WorkOptions,

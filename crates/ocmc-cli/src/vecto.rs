@@ -16,12 +16,12 @@ pub(crate) struct VectoArguments {
     /// Missions (`.vdri`) [default: VECTO's speed alone is followed]
     #[arg(value_name = "MISSION")]
     missions: Vec<PathBuf>,
-    /// What VECTO found: a time series (`.vmod`) or sums (`.vsum`), gzip or not; may be repeated
+    /// Results of VECTO: a time series (`.vmod`) or sums (`.vsum`), gzip or not; may be repeated
     /// [default: the time series beside the job]
     #[arg(long = "result", value_name = "FILE")]
     results: Vec<PathBuf>,
-    /// Replaces one value of the truck's study, as in vehicle.powertrain.combustion.gearbox.indirect_loss_share=0.04; may
-    /// be repeated
+    /// Replaces one value of the truck's study, as in
+    /// vehicle.powertrain.combustion.gearbox.indirect_loss_share=0.04; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]

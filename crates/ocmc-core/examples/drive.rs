@@ -1,5 +1,5 @@
-//! The engine alone: drives cycles of a study whose resolved keys come as JSON on standard input, and
-//! writes all numbers of the records to standard output, as little-endian values, row by row.
+//! The engine alone: drives cycles of a study whose resolved keys come as JSON on standard input,
+//! and writes all numbers of the records to standard output, as little-endian values, row by row.
 //!
 //! It needs nothing but the core. Compiled for the tab of a browser it says how large that is:
 //! `scripts/build-tab --core`.

@@ -1,18 +1,18 @@
-//! What a cycle took on each road type and near each kind of event: distance, time, work at the
-//! wheels, and what its stores gave. The parts of either add up to the whole.
+//! Breakdown of a cycle by road type and by kind of event: distance, time, work at the wheels, and
+//! what its stores gave. The parts of either add up to the whole.
 
 use crate::energy::carrier::{CARRIERS, Carrier, MOST_CARRIERS};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// What cycles are broken down by.
+/// Axis by which cycles are broken down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Axis {
     /// The road types of the study.
     RoadType,
-    /// What each metre of road is to a driver: a stop, a curve, a limit, a hill or cruising.
+    /// Demand of each metre of road on a driver: a stop, a curve, a limit, a hill or cruising.
     EventKind,
 }
 
@@ -20,7 +20,7 @@ impl Axis {
     /// Both.
     pub const ALL: [Self; 2] = [Self::RoadType, Self::EventKind];
 
-    /// What stands before the name of a part in a column.
+    /// Prefix of a part's name in a column.
     fn prefix(self) -> &'static str {
         match self {
             Self::RoadType => "",
@@ -29,7 +29,7 @@ impl Axis {
     }
 }
 
-/// What tells the columns of kinds from those of road types.
+/// Prefix that tells the columns of kinds from those of road types.
 const KIND: &str = "kind_";
 
 /// Whether a road type may have this name: its columns have to differ from those of event kinds.
@@ -37,7 +37,7 @@ pub fn is_road_type_name(name: &str) -> bool {
     !name.starts_with(KIND)
 }
 
-/// What is broken down.
+/// Amount that is broken down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Amount {
     /// Distance, in m.
@@ -46,7 +46,7 @@ pub enum Amount {
     Duration,
     /// Positive work at the hubs of the driven wheels, in J.
     Wheel,
-    /// What was taken of a carrier, in the unit of its amount.
+    /// Amount taken of a carrier, in its unit.
     Taken(Carrier),
 }
 
@@ -86,7 +86,7 @@ pub struct BreakdownColumns {
 }
 
 impl BreakdownColumns {
-    /// Of these parts, where trucks store these carriers.
+    /// Columns of these parts, where trucks store these carriers.
     pub fn new(parts: Vec<Part>, carriers: &[Carrier]) -> Self {
         let taken = carriers.iter().copied().map(Amount::Taken);
         let amounts: Vec<Amount> = COMMON.into_iter().chain(taken).collect();
@@ -98,7 +98,7 @@ impl BreakdownColumns {
         Self { parts, amounts, names }
     }
 
-    /// Those among the columns of a table; none where a part lacks one of its columns.
+    /// Breakdown columns among the columns of a table; none where a part lacks one of its columns.
     pub fn among<'a>(names: &(impl Iterator<Item = &'a str> + Clone)) -> Option<Arc<Self>> {
         let found = |amount: Amount| {
             names.clone().filter_map(move |name| {

@@ -1,4 +1,4 @@
-//! What each metre of road is to a driver: a stop, a curve, a limit, a hill or cruising.
+//! Demand of each metre of road on a driver: a stop, a curve, a limit, a hill or cruising.
 
 /// A kind of road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,9 +47,9 @@ pub struct Point {
     pub way_m: f64,
     /// Height over the road's start, in m.
     pub height_m: f64,
-    /// What was planned, in m/s.
+    /// Planned speed, in m/s.
     pub planned_mps: f64,
-    /// What was driven, in m/s.
+    /// Driven speed, in m/s.
     pub driven_mps: f64,
     /// Static limit behind the place, in m/s.
     pub limit_mps: f64,

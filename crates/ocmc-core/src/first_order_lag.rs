@@ -68,7 +68,8 @@ mod tests {
             let [one, _] = first_order_lags(Lanes::splat(simd, x), [1.0, other]);
             let (none, unit) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
             assert!((one.response(none, unit)[0] - 0.5 * one.twice_mean()[0]).abs() < 1e-15);
-            [one.response(unit, none)[0], 0.5 * one.twice_mean()[0], 0.5 * one.twice_mean_of_change()[0]]
+            let (mean, of_change) = (one.twice_mean()[0], one.twice_mean_of_change()[0]);
+            [one.response(unit, none)[0], 0.5 * mean, 0.5 * of_change]
         })
     }
 

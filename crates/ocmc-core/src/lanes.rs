@@ -200,7 +200,7 @@ mod tests {
     const A: [f64; WIDTH] = [0.0, -0.0, 1.0, -2.5, 1e-300, 7e11, f64::INFINITY, 0.1];
     const B: [f64; WIDTH] = [1.7, 0.1, 0.7, -1.8, 3.3, 7e11, 0.8, -0.3];
 
-    /// What the step function does with numbers, as bits.
+    /// Results of the step function's operations on numbers, as bits.
     #[inline(always)]
     fn operations<S: Simd>(simd: S) -> Vec<[u64; WIDTH]> {
         let (a, b) = (Lanes::load_array(simd, A), Lanes::load_array(simd, B));

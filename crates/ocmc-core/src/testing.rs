@@ -1,4 +1,4 @@
-//! What tests of laws share.
+//! Helpers that tests of laws share.
 
 use crate::distribution::Law;
 use crate::random::{Draws, Stream};

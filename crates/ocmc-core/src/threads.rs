@@ -6,14 +6,14 @@ use std::thread::{Builder, scope};
 /// Whether threads can be started: not in WebAssembly, where the caller's thread does all work.
 pub const CAN_START: bool = !cfg!(target_family = "wasm");
 
-/// Stack of a thread that drives, in bytes. Without optimisation the step, which is inlined into one
-/// function, has a place of its own there for each value in between: 3 MB with AVX2, and more than 8 MB
-/// with SSE2. Threads have 2 MB of themselves, the first one of a program 8 MB. What is not used is
-/// never given.
+/// Stack of a thread that drives, in bytes. Without optimisation the step, which is inlined into
+/// one function, has a place of its own there for each value in between: 3 MB with AVX2, and more
+/// than 8 MB with SSE2. Threads have 2 MB of themselves, the first one of a program 8 MB. What is
+/// not used is never given.
 pub const STACK_BYTES: usize = 32 << 20;
 
-/// Does work that drives on the caller's thread, where that is optimised; else on one that has the stack
-/// for it.
+/// Does work that drives on the caller's thread, where that is optimised; else on one that has the
+/// stack for it.
 pub fn deep<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     if !cfg!(debug_assertions) || !CAN_START {
         return work();

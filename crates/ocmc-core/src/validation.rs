@@ -1,4 +1,4 @@
-//! What is wrong with a part of a study, collected by the rules beside its model.
+//! Faults of a part of a study, collected by the rules beside its model.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ pub struct Problem {
     pub path: String,
     /// Its value.
     pub value: String,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: String,
 }
 
@@ -54,7 +54,7 @@ impl Problems {
         self.require((sum - 1.0).abs() < 1e-6, key, format!("a sum of {sum}"), "a sum of 1");
     }
 
-    /// What was found.
+    /// Problems that were found.
     pub fn into_found(self) -> Vec<Problem> {
         self.found
     }

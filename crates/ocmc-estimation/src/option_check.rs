@@ -10,7 +10,7 @@ pub struct OptionError {
     pub option: &'static str,
     /// Its value.
     pub value: f64,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: &'static str,
 }
 

@@ -4,11 +4,12 @@
 //! were expected to have is known (`outline_sample`). With z_i the terms of cycle i, each
 //! less its expectation, and β the coefficients of a regression of the quantity on them,
 //!
-//! θ = ȳ − βᵀ z̄ = Σ c_i y_i,   c_i = 1/n − w_i x_iᵀ A⁻¹ (0, z̄),   x_i = (1, z_i),   A = Σ w_i x_i x_iᵀ
+//! θ = ȳ − βᵀ z̄ = Σ c_i y_i,   c_i = 1/n − w_i x_iᵀ A⁻¹ (0, z̄),   x_i = (1, z_i),   A = Σ w_i x_i
+//! x_iᵀ
 //!
-//! is the regression estimator of the mean. Weights c_i make Σ c_i = 1 and Σ c_i z_i = 0; a ratio is
-//! Σ c_i y_i / Σ c_i x_i. Cycles that do not count have y = x = 0 and stay in the sums, since what
-//! was expected was expected of them, too. The weights w_i are Huber's on the residuals of the
+//! is the regression estimator of the mean. Weights c_i make Σ c_i = 1 and Σ c_i z_i = 0; a ratio
+//! is Σ c_i y_i / Σ c_i x_i. Cycles that do not count have y = x = 0 and stay in the sums, since
+//! what was expected was expected of them, too. The weights w_i are Huber's on the residuals of the
 //! fleet's consumption, so that few strange cycles do not decide β.
 //!
 //! The error of θ is Σ c_i r_i, with r the residuals as they are where the cycle's truck (batch) is
@@ -18,15 +19,15 @@
 //! for a term, the last terms are left out; below five there is the plain mean alone.
 //!
 //! A quantile: with v̂ what the regression says of a cycle's own value and σ the spread of its
-//! residuals, m = Φ((q − v̂)/σ) is about the probability of a value below q. The share below q is then
-//! that of the cycles less b times what the mean of m over the cycles lies above its mean over the
-//! drawn outlines; b by regression. The quantile is the order statistic at the level that takes this
-//! difference away, its interval that of Woodruff.
+//! residuals, m = Φ((q − v̂)/σ) is about the probability of a value below q. The share below q is
+//! then that of the cycles less b times what the mean of m over the cycles lies above its mean over
+//! the drawn outlines; b by regression. The quantile is the order statistic at the level that takes
+//! this difference away, its interval that of Woodruff.
 //!
-//! Sources: C.-E. Särndal, B. Swensson, J. Wretman, *Model Assisted Survey Sampling* (1992), sections
-//! 6.4 and 5.11 \[PK\]; J.-C. Deville, C.-E. Särndal, *Journal of the American Statistical Association*
-//! 87 (1992) 376, for the weights \[PK\]; R. M. Bell, D. F. McCaffrey, *Survey Methodology* 28 (2002)
-//! 169, for the residuals \[PK\].
+//! Sources: C.-E. Särndal, B. Swensson, J. Wretman, *Model Assisted Survey Sampling* (1992),
+//! sections 6.4 and 5.11 \[PK\]; J.-C. Deville, C.-E. Särndal, *Journal of the American Statistical
+//! Association* 87 (1992) 376, for the weights \[PK\]; R. M. Bell, D. F. McCaffrey, *Survey
+//! Methodology* 28 (2002) 169, for the residuals \[PK\].
 
 use super::clustering::Clusters;
 use super::dependence::Dependence;
@@ -88,8 +89,8 @@ pub struct Adjuster {
 }
 
 impl Adjuster {
-    /// For the cycles of a study under a seed; none where trips of trucks take factors from the first
-    /// of them, whose expectation no other sample knows.
+    /// For the cycles of a study under a seed; none where trips of trucks take factors from the
+    /// first of them, whose expectation no other sample knows.
     pub fn new(study: Arc<Study>, seed: u64) -> Option<Self> {
         let frozen = !study.model().simulation.frozen.is_empty();
         let dependence = Dependence::of(study.model(), seed);
@@ -262,8 +263,8 @@ impl Adjustment {
         Some((value, totals.iter().map(|(y, x_i)| (y - value * x_i) / x).collect()))
     }
 
-    /// The mean and the quantiles of a quantity: of each cycle what it adds to the two totals, and its
-    /// own value, NaN where it has none.
+    /// The mean and the quantiles of a quantity: of each cycle what it adds to the two totals, and
+    /// its own value, NaN where it has none.
     pub(super) fn statistic(
         &self,
         totals: &[(f64, f64)],
@@ -286,8 +287,8 @@ impl Adjustment {
         Some([value - half_width, value + half_width])
     }
 
-    /// The part of each cycle in the error of an estimate of these influences, and the coefficients of
-    /// the regression.
+    /// The part of each cycle in the error of an estimate of these influences, and the coefficients
+    /// of the regression.
     fn weighted_errors(&self, influences: &[f64]) -> (Vec<f64>, DVector<f64>) {
         let beta = self.coefficients(influences);
         let mut errors = self.without_own_cluster(self.errors(influences, &beta));
@@ -380,7 +381,8 @@ impl Adjustment {
         Some(Adjusted { value: quantile(&own.sorted, at)?, ci95 })
     }
 
-    /// How far the share of values below `q` lies from that of the cycles, and half of its interval.
+    /// How far the share of values below `q` lies from that of the cycles, and half of its
+    /// interval.
     fn share_below(&self, own: &OwnValues, q: f64) -> Option<(f64, f64)> {
         let below = |predicted: f64| normal_share((q - predicted) / own.spread);
         let model: Vec<f64> = own.predicted.iter().map(|value| below(*value)).collect();

@@ -11,8 +11,9 @@
 //! \[PK\]). Where y does not go with x at all, n (1 − SS_within/SS) follows χ²(k − 1) for large n:
 //! the share is above (q − (k − 1))/n once in 2000 times, with q the 99.95 % quantile of that law
 //! by Wilson and Hilferty (*Proc. Natl. Acad. Sci.* 17 (1931) 684 \[PK\]). So much is chance, and
-//! among twenty columns it is exceeded in one of a hundred reports. It says what goes together, not what causes what: columns that go with one another
-//! share their shares. [`super::sensitivity`] separates causes.
+//! among twenty columns it is exceeded in one of a hundred reports. It says what goes together, not
+//! what causes what: columns that go with one another share their shares. [`super::sensitivity`]
+//! separates causes.
 
 use super::quantile::quantile;
 use serde::Serialize;
@@ -165,7 +166,8 @@ mod tests {
 
     #[test]
     fn noise_is_rarely_more_than_chance() {
-        // the 99.95 % quantiles of χ²(9) and χ²(1), 29.666 and 12.116; the cube root is up to 5 % high
+        // the 99.95 % quantiles of χ²(9) and χ²(1), 29.666 and 12.116; the cube root is up to 5 %
+        // high
         let above = [by_chance(10, 1) / (29.666 - 9.0), by_chance(2, 1) / (12.116 - 1.0)];
         assert!(above.iter().all(|ratio| (1.0..1.05).contains(ratio)), "{above:?}");
         let mut draws = Draws::new(4, 0, Stream::Curve);

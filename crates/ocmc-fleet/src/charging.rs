@@ -1,4 +1,4 @@
-//! What a fleet's trips had to charge: how often on the way, for how long, and what meters counted.
+//! Charging of a fleet's trips: how often on the way, for how long, and what meters counted.
 
 use super::parts::add_known;
 use ocmc_core::record::{Outcome, Record};
@@ -24,11 +24,11 @@ pub struct ChargingSummary {
     pub charging_wait_s: f64,
     /// Lowest state of charge with which one of them came to a charger or to its end.
     pub lowest_charge: Option<f64>,
-    /// What depots' meters counted, in J, all together; none where the study has none.
+    /// Energy that depots' meters counted, in J, all together; none where the study has none.
     pub grid_energy_depot_j: Option<f64>,
-    /// What the meters of public chargers counted, in J.
+    /// Energy that the meters of public chargers counted, in J.
     pub grid_energy_public_j: f64,
-    /// What the meters of chargers at stops of the mission counted, in J.
+    /// Energy that the meters of chargers at stops of the mission counted, in J.
     pub grid_energy_stop_j: f64,
 }
 

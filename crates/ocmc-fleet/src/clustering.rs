@@ -54,7 +54,7 @@ pub(super) struct Spread {
     pub(super) variance: f64,
     /// Degrees of freedom of that.
     pub(super) degrees: f64,
-    /// What of it is there by trucks alone.
+    /// Part of it that is there by trucks alone.
     pub(super) by_trucks: f64,
 }
 
@@ -87,7 +87,7 @@ impl From<Dependence> for Clusters {
 }
 
 impl Clusters {
-    /// Those of cycles with these ids, in their order.
+    /// Clusters of cycles with these ids, in their order.
     pub fn of(dependence: Dependence, cycle_ids: impl Iterator<Item = u64>) -> Self {
         let several = dependence.is_shared().then(|| Ways::of(dependence, cycle_ids.collect()));
         Self { dependence, several }

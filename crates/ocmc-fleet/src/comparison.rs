@@ -9,11 +9,11 @@
 //!
 //! Two independent runs of the same size would have se² = Σ (e_Aᵢ² + e_Bᵢ²) / (n (n − 1)); the
 //! quotient of the two is the variance reduction. Where cycles depend on one another, the residuals
-//! of a batch are added up first (see [`super::dependence`]). Where it is known what the cycles have
-//! on average, the difference is adjusted by it, too (see [`super::adjustment`]). What uncertain numbers of the studies
-//! add is told by drives on both sides of each number (see [`super::uncertainty`]).
-//! Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the residuals;
-//! the rest is the variance of a difference.
+//! of a batch are added up first (see [`super::dependence`]). Where it is known what the cycles
+//! have on average, the difference is adjusted by it, too (see [`super::adjustment`]). What
+//! uncertain numbers of the studies add is told by drives on both sides of each number (see
+//! [`super::uncertainty`]). Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section
+//! 6.4, for the residuals; the rest is the variance of a difference.
 
 use super::adjustment::{Adjusted, Adjuster, Adjustment};
 use super::clustering::Clusters;
@@ -48,12 +48,13 @@ pub struct Comparison {
     /// 95 % interval of the difference, of sampling alone; none from fewer than two pairs, or
     /// batches of pairs.
     pub ci95: Option<[f64; 2]>,
-    /// The difference adjusted by what the cycles are known to have on average ([`super::adjustment`]);
-    /// none where that is not known, or the pairs are too few.
+    /// The difference adjusted by what the cycles are known to have on average
+    /// ([`super::adjustment`]); none where that is not known, or the pairs are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjusted: Option<AdjustedDifference>,
-    /// What the difference owes to uncertain numbers of the studies; none where both take theirs for
-    /// certain, and where the two correlate the errors of the same numbers differently.
+    /// Part of the difference's uncertainty that comes from uncertain numbers of the studies; none
+    /// where both take theirs for certain, and where the two correlate the errors of the same
+    /// numbers differently.
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// Share of the pairs with values in which A is lower.
     pub share_a_lower: Option<f64>,
@@ -90,8 +91,8 @@ pub struct AdjustedDifference {
 }
 
 impl AdjustedDifference {
-    /// Adjusted difference of the pairs of the same cycles in two studies. A cycle that is no pair adds
-    /// nothing, in either study.
+    /// Adjusted difference of the pairs of the same cycles in two studies. A cycle that is no pair
+    /// adds nothing, in either study.
     fn of(adjusters: [&mut Adjuster; 2], cycles: [&[Cycle]; 2]) -> Option<Self> {
         let pairs = cycles[0].iter().zip(cycles[1]).map(|(a, b)| {
             let (a, b) = (a.row?, b.row?);
@@ -101,8 +102,8 @@ impl AdjustedDifference {
         Self::between(adjusters, &pairs)
     }
 
-    /// Adjusted difference of the ratios of two totals, which each of these cycles adds to in both studies; 0 and 0
-    /// where it does not count.
+    /// Adjusted difference of the ratios of two totals, which each of these cycles adds to in both
+    /// studies; 0 and 0 where it does not count.
     pub(super) fn of_totals(
         studies: [&Study; 2],
         seed: u64,
@@ -189,7 +190,7 @@ impl Means {
 }
 
 impl Spread {
-    /// That of residuals of both sides, added up by batch, of so many pairs.
+    /// Spread of residuals of both sides, added up by batch, of so many pairs.
     fn of(errors: &[(f64, f64)], pairs: f64, rounding: f64) -> Option<Self> {
         if errors.len() < 2 {
             return None;
@@ -203,8 +204,8 @@ impl Spread {
         Some(Self { degrees: m - 1.0, standard_error, variance_reduction })
     }
 
-    /// That of residuals of both sides, each after its cycle's id, where cycles belong together in
-    /// several ways.
+    /// Spread of residuals of both sides, each after its cycle's id, where cycles belong together
+    /// in several ways.
     fn over(
         clusters: &Clusters,
         errors: &(impl Iterator<Item = (u64, f64, f64)> + Clone),

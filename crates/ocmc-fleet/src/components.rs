@@ -13,7 +13,7 @@ use serde::Serialize;
 /// Count, mean and squares about the mean, by B. P. Welford's update.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spread {
-    /// Of which truck, or driver.
+    /// Id of the truck, or driver.
     of: u64,
     n: f64,
     mean: f64,
@@ -21,7 +21,7 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Of nothing yet, of this truck or driver.
+    /// Spread of nothing yet, of this truck or driver.
     pub(super) fn of(of: u64) -> Self {
         Self { of, ..Self::default() }
     }
@@ -57,7 +57,7 @@ pub struct Components {
     pub share_of_means: f64,
 }
 
-/// Of the trips of trucks, or of drivers.
+/// Components of the trips of trucks, or of drivers.
 pub(super) fn components(spread: &[Spread]) -> Option<Components> {
     let trucks = spread.len() as f64;
     let n: f64 = spread.iter().map(|truck| truck.n).sum();

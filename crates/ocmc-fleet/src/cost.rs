@@ -1,5 +1,5 @@
-//! What the trips of a fleet cost: item by item at the centres of the prices, and how far states of
-//! the world differ.
+//! Cost of a fleet's trips: item by item at the centres of the prices, and how far states of the
+//! world differ.
 //!
 //! An item over km is a ratio of two totals over the completed trips, with its interval. Where a
 //! price is a law, [`STATES`] states of the world are drawn, each with one price for all trips;
@@ -66,7 +66,7 @@ impl TripPrices {
 pub struct ItemCost {
     /// Name of the item; `total` for all.
     pub item: &'static str,
-    /// Of the mean trip.
+    /// Cost of the mean trip.
     pub per_trip: f64,
     /// Sum over all trips that were driven.
     pub all_trips: f64,
@@ -76,11 +76,11 @@ pub struct ItemCost {
     pub per_km_ci95: Option<[f64; 2]>,
     /// Over payload times distance, in 1/tkm; none of an empty fleet.
     pub per_tkm: Option<f64>,
-    /// Of a truck in a year, in 1/a; none without a life.
+    /// Cost of a truck in a year, in 1/a; none without a life.
     pub per_a: Option<f64>,
-    /// Of a truck over its whole life, worth at its start; none without a life.
+    /// Cost of a truck over its whole life, worth at its start; none without a life.
     pub whole_life: Option<f64>,
-    /// Of a truck over its whole life, as it is paid; none without a life.
+    /// Cost of a truck over its whole life, as it is paid; none without a life.
     pub whole_life_paid: Option<f64>,
 }
 
@@ -100,15 +100,15 @@ pub struct FleetOfTrucks {
 pub struct CostSpread {
     /// States that were drawn.
     pub states: u64,
-    /// Of the mean trip.
+    /// Cost of the mean trip.
     pub per_trip: Percentiles,
     /// Over distance, in 1/km.
     pub per_km: Percentiles,
     /// Over payload times distance, in 1/tkm; none of an empty fleet.
     pub per_tkm: Option<Percentiles>,
-    /// Of a truck in a year, in 1/a; none without a life.
+    /// Cost of a truck in a year, in 1/a; none without a life.
     pub per_a: Option<Percentiles>,
-    /// Of a truck over its whole life, worth at its start; none without a life.
+    /// Cost of a truck over its whole life, worth at its start; none without a life.
     pub whole_life: Option<Percentiles>,
 }
 
@@ -125,7 +125,7 @@ pub struct Percentiles {
     pub p95: f64,
 }
 
-/// Which share of the variance between states of the world an input explains.
+/// Share of the variance between states of the world that an input explains.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct InputShare {
     /// Path of its key.
@@ -140,7 +140,7 @@ pub struct InputShare {
     pub total_ci95: Option<[f64; 2]>,
 }
 
-/// What the trips of a fleet emit over distance.
+/// Emissions of a fleet's trips over distance.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FleetEmissions {
     /// From tank to wheel, in kg of CO2 per km.
@@ -156,7 +156,7 @@ pub struct FleetEmissions {
     pub well_to_wheel_kg_per_tkm: Option<f64>,
 }
 
-/// What a fleet costs.
+/// Cost of a fleet.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FleetCost {
     /// Code of the currency.
@@ -180,14 +180,14 @@ pub struct FleetCost {
     pub over_trips: Percentiles,
     /// How states of the world differ; none where no price is a law.
     pub spread: Option<CostSpread>,
-    /// Which input decides, the largest share first.
+    /// Inputs that decide, the largest share first.
     pub inputs: Vec<InputShare>,
     /// Greenhouse gases.
     pub emissions: FleetEmissions,
 }
 
 impl Percentiles {
-    /// Of some values; none of no values.
+    /// Percentiles of some values; none of no values.
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         values.sort_unstable_by(f64::total_cmp);
@@ -209,7 +209,7 @@ pub(super) fn batches(trips: &[Trip], batch: u64) -> Vec<Trip> {
 }
 
 impl FleetCost {
-    /// What these trips cost; none of no trips. `seed` fixes the states of the world.
+    /// Cost of these trips; none of no trips. `seed` fixes the states of the world.
     pub fn of(
         costing: &Costing,
         trips: &[Trip],
@@ -344,7 +344,7 @@ impl Fleet<'_> {
     }
 }
 
-/// Which share of the variance of an output each input explains, the largest total first. `output`
+/// Share of the variance of an output that each input explains, the largest total first. `output`
 /// gives it of a state by its number and by which inputs come from the second sample.
 pub(super) fn shares(
     inputs: &[&Input],

@@ -1,4 +1,4 @@
-//! Which of two fleets costs less on the same roads, and where they cost the same.
+//! Difference in cost of two fleets on the same roads, and their break-even prices.
 //!
 //! Both drive the same cycles, and a trip counts where both complete it. In a state of the world a
 //! key that both studies have with the same law has one price. With v what trips pay over a km and
@@ -29,7 +29,7 @@ use serde::Serialize;
 /// and the sixth of them.
 pub const RESAMPLES: u64 = 200;
 
-/// Which of two fleets costs less.
+/// Difference in cost of two fleets.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CostDifference {
     /// Code of the currency of both.
@@ -48,23 +48,23 @@ pub struct CostDifference {
     pub break_even_distance_km_per_a: Option<BreakEven>,
     /// Prices at which both cost the same.
     pub break_even_prices: Vec<BreakEvenPrice>,
-    /// Which input decides the difference over km, the largest share first.
+    /// Inputs that decide the difference over km, the largest share first.
     pub inputs: Vec<InputShare>,
 }
 
 /// A and B, over one denominator.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Side {
-    /// Of A, at the centres of the prices.
+    /// Cost of A, at the centres of the prices.
     pub a: f64,
-    /// Of B.
+    /// Cost of B.
     pub b: f64,
     /// B less A.
     pub difference: f64,
     /// 95 % interval over the trips that were drawn; none of fewer than ten.
     pub difference_ci95: Option<[f64; 2]>,
-    /// The difference adjusted by what the trips are known to have on average; none where that is not
-    /// known, or the trips are too few.
+    /// The difference adjusted by what the trips are known to have on average; none where that is
+    /// not known, or the trips are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adjusted: Option<AdjustedDifference>,
     /// B less A over states of the world; none where no price is a law.
@@ -101,7 +101,7 @@ pub struct BreakEvenPrice {
 /// A side of the comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct Fleet<'a> {
-    /// What applies to its trucks.
+    /// Costing that applies to its trucks.
     pub costing: &'a Costing,
     /// Its trips.
     pub trips: &'a [Trip],

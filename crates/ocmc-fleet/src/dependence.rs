@@ -1,4 +1,4 @@
-//! Which cycles of a run depend on one another.
+//! Dependence between cycles of a run.
 //!
 //! Where the cycles of a batch spread evenly ([`ocmc_core::random::sampling`]), they are not
 //! independent, but batches are. A batch then counts as one: with y_b and x_b the totals of batch
@@ -15,7 +15,7 @@ use ocmc_core::random::sampling::Sampling;
 use ocmc_core::study::StudyModel;
 use ocmc_core::study::fleet::FleetModel;
 
-/// Which cycles depend on one another.
+/// Dependence between cycles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dependence {
     /// Cycles of a batch: those with the same quotient of their id by this. 1 where all are
@@ -41,13 +41,13 @@ impl Default for Dependence {
 }
 
 impl Dependence {
-    /// That of a study's cycles under a seed.
+    /// Dependence of a study's cycles under a seed.
     pub fn of(study: &StudyModel, seed: u64) -> Self {
         let replicates = study.driver.curve_speed.uncertain_replicates();
         Self::of_fleet(&study.fleet, study.simulation.sampling, replicates, seed)
     }
 
-    /// That of a fleet whose cycles share out their draws like this.
+    /// Dependence in a fleet whose cycles share out their draws like this.
     pub fn of_fleet(
         fleet: &FleetModel,
         sampling: Sampling,
@@ -88,8 +88,8 @@ impl Dependence {
         self.trips_per_truck > 1
     }
 
-    /// That of pairs of cycles of two studies, which depend on one another where the cycles of
-    /// either study do. Where both have replicates, and not as many, their pairs share none.
+    /// Dependence of pairs of cycles of two studies, which depend on one another where the cycles
+    /// of either study do. Where both have replicates, and not as many, their pairs share none.
     #[must_use]
     pub fn of_pairs(self, other: Self) -> Self {
         let replicates = match (self.replicates, other.replicates) {

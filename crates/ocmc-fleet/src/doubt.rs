@@ -1,10 +1,10 @@
-//! The effect of numbers that nobody has measured on a fleet's answer: the same cycles are driven with a
-//! number, or with several that belong together, at both ends of their plausible range.
+//! The effect of numbers that nobody has measured on a fleet's answer: the same cycles are driven
+//! with a number, or with several that belong together, at both ends of their plausible range.
 //!
-//! Of the fleet's mean R, and of the standard deviation s and the 95th percentile q over the cycles,
-//! the change at each end is estimated: over the n cycles that count on all sides, moved less unmoved.
-//! Its standard error, of the sampling of cycles, is that of a sum of influences, paired as the
-//! cycles are and added up by batches of cycles that depend on one another:
+//! Of the fleet's mean R, and of the standard deviation s and the 95th percentile q over the
+//! cycles, the change at each end is estimated: over the n cycles that count on all sides, moved
+//! less unmoved. Its standard error, of the sampling of cycles, is that of a sum of influences,
+//! paired as the cycles are and added up by batches of cycles that depend on one another:
 //!
 //! | | influence of cycle i |
 //! |---|---|
@@ -18,11 +18,11 @@
 //! - e² = (l² + h² − s_l² − s_h²)/2     (0 where it is negative)
 //!
 //! which is half their distance where they lie on both sides, equally far. Effects of numbers that
-//! are judged one by one add up as squares, those below zero among them. The sum is no confidence interval: the ranges are
-//! plausible, no more is known of them.
+//! are judged one by one add up as squares, those below zero among them. The sum is no confidence
+//! interval: the ranges are plausible, no more is known of them.
 //!
-//! Source: A. W. van der Vaart, *Asymptotic Statistics* (1998), chapters 20 and 21, for the influences
-//! \[PK\].
+//! Source: A. W. van der Vaart, *Asymptotic Statistics* (1998), chapters 20 and 21, for the
+//! influences \[PK\].
 
 use super::dependence::Dependence;
 use super::pair::{Row, row};
@@ -107,8 +107,8 @@ impl Shape {
 }
 
 impl Changes {
-    /// Changes of a fleet, or of the difference of several; none where fewer than two cycles count on
-    /// all sides.
+    /// Changes of a fleet, or of the difference of several; none where fewer than two cycles count
+    /// on all sides.
     pub fn of(quantity: &NamedQuantity, dependence: Dependence, fleets: &[Moved]) -> Option<Self> {
         let sides: Vec<(f64, Vec<Option<Row>>)> = fleets
             .iter()

@@ -29,7 +29,7 @@ use super::ratio::student_975;
 /// One observation: how far it was followed, and whether the event ended it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
-    /// Which observations belong together.
+    /// Cluster of observations that belong together.
     pub cluster: u64,
     /// Distance, in m.
     pub distance_m: f64,
@@ -63,7 +63,7 @@ pub struct Survival {
 }
 
 impl Survival {
-    /// Of at least one observation; none of none.
+    /// Survival from at least one observation; none of none.
     pub fn new(mut observations: Vec<Observation>) -> Option<Self> {
         // events first where others are cut off at the same distance
         observations
@@ -128,7 +128,7 @@ impl Survival {
         self.points.partition_point(|point| point.distance_m <= distance_m).checked_sub(1)
     }
 
-    /// Of how many observations so many events are that say as much of the share at a distance
+    /// Numbers of observations and of events among them that say as much of the share at a distance
     /// behind a point.
     fn counted(&self, place: Option<usize>, distance_m: f64) -> (usize, usize) {
         let observations = self.observations.len() as f64;

@@ -1,11 +1,11 @@
-//! Load curves: the power that a fleet's chargers draw from the grid in each quarter of an hour of a
-//! day, and how it differs from day to day.
+//! Load curves: the power that a fleet's chargers draw from the grid in each quarter of an hour of
+//! a day, and how it differs from day to day.
 //!
-//! P(d, q) is the energy that the meters of all chargers of a kind count on day d in quarter q, over
-//! 900 s. Mean and quantiles of a quarter are over the days: all days of the calendar in whole weeks,
-//! days without trips among them; where trips draw their days, all trips lie in one year of 365 days.
-//! What is charged after the last day is put on the first one, as if the calendar went round. So the
-//! energy below the curves is what the meters have counted.
+//! P(d, q) is the energy that the meters of all chargers of a kind count on day d in quarter q,
+//! over 900 s. Mean and quantiles of a quarter are over the days: all days of the calendar in whole
+//! weeks, days without trips among them; where trips draw their days, all trips lie in one year of
+//! 365 days. What is charged after the last day is put on the first one, as if the calendar went
+//! round. So the energy below the curves is what the meters have counted.
 
 use super::dependence::Dependence;
 use super::quantile::quantile;
@@ -45,23 +45,23 @@ pub struct Load {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(transparent)]
 pub struct LoadCurves {
-    /// Those of each kind of chargers that was used, in the order of [`ChargingPlace::ALL`].
+    /// Load of each kind of chargers that was used, in the order of [`ChargingPlace::ALL`].
     #[serde(skip)]
     pub rows: Vec<Load>,
-    /// What was charged where.
+    /// Load at each place.
     pub places: Vec<LoadOfPlace>,
 }
 
-/// What the load curve of a kind of chargers says in a few numbers.
+/// Load curve of a kind of chargers in a few numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LoadOfPlace {
     /// The chargers.
     pub place: ChargingPlace,
-    /// What their meters count on the mean day, in J.
+    /// Energy that their meters count on the mean day, in J.
     pub energy_per_day_j: f64,
     /// Highest power of a quarter of an hour that 19 of 20 days stay below, in W.
     pub p95_power_w: f64,
-    /// Which quarter that is.
+    /// Number of that quarter of an hour.
     pub p95_quarter_hour: u64,
     /// Highest power of a quarter of an hour of all days, in W.
     pub highest_power_w: f64,
@@ -133,7 +133,7 @@ fn days(dependence: &Dependence) -> u64 {
 }
 
 impl Load {
-    /// Of a quarter, from the energies of the days on which something was charged.
+    /// Load of a quarter, from the energies of the days on which something was charged.
     fn of(
         place: ChargingPlace,
         quarter: usize,

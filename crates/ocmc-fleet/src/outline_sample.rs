@@ -1,5 +1,5 @@
-//! What the numbers of a run's cycles are expected to be: outlines of the second sample, of the same
-//! study and the same trips of its calendar ([`ocmc_core::study::outline`]).
+//! Expectations of the numbers of a run's cycles: outlines of the second sample, of the same study
+//! and the same trips of its calendar ([`ocmc_core::study::outline`]).
 //!
 //! They come in batches that spread evenly, and batches are independent: their means tell how sure
 //! the expectations are. Payload and road types are put in as they are known, and not as drawn.
@@ -27,8 +27,8 @@ pub(super) struct OutlineSample {
     known: Vec<Vec<f64>>,
 }
 
-/// The terms of a regression on outlines: their numbers around the expected ones, the shares of road
-/// types times the payload among them.
+/// The terms of a regression on outlines: their numbers around the expected ones, the shares of
+/// road types times the payload among them.
 #[derive(Clone, Debug)]
 pub(super) struct Terms {
     /// A number, or two of them multiplied.

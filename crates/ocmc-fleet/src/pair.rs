@@ -33,8 +33,8 @@ pub(crate) fn cycles(quantity: &NamedQuantity, records: &[Record]) -> Vec<Cycle>
 /// One cycle in both studies.
 pub(crate) type Pair = (Row, Row);
 
-/// What a cycle adds to the fleet's mean; none where it was not completed, or has nothing of the
-/// quantity.
+/// Contribution of a cycle to the fleet's mean; none where it was not completed, or has nothing of
+/// the quantity.
 pub(crate) fn row(quantity: &NamedQuantity, record: &Record) -> Option<Row> {
     let (y, x) = quantity.totals(record)?;
     Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })

@@ -1,5 +1,4 @@
-//! What a fleet took on each road type and near each kind of event: totals over the cycles that
-//! count.
+//! Totals of a fleet on each road type and near each kind of event, over the cycles that count.
 
 use ocmc_core::breakdown::{Amount, Axis, BreakdownColumns, MOST_AMOUNTS};
 use ocmc_core::energy::carrier::{CARRIERS, Carrier};
@@ -10,7 +9,7 @@ use serde::{Serialize, Serializer};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// What one part took.
+/// Totals of one part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FleetPart {
     /// By what the fleet is broken down.
@@ -23,11 +22,11 @@ pub struct FleetPart {
     pub duration_s: f64,
     /// Positive work at the hubs of the driven wheels, in J.
     pub wheel_energy_j: f64,
-    /// What it took of each carrier of its trucks.
+    /// Amount of each carrier of its trucks that it took.
     pub taken: Vec<Taken>,
 }
 
-/// What a part took of a carrier.
+/// Amount of a carrier that a part took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Taken {
     /// The carrier.
@@ -48,7 +47,8 @@ impl JsonSchema for FleetPart {
         let number = generator.subschema_for::<Option<f64>>();
         let word = generator.subschema_for::<String>();
         json_schema!({
-            "description": "What a part of the trips took: of each carrier the amount and the consumption",
+            "description": "Totals of a part of the trips: of each carrier the amount and the \
+                            consumption",
             "type": "object",
             "properties": { "by": word, "part": word },
             "required": ["by", "part", "distance_m", "duration_s", "wheel_energy_j"],
@@ -78,7 +78,7 @@ impl Serialize for FleetPart {
 pub struct PartSums {
     columns: Option<Arc<BreakdownColumns>>,
     sums: Vec<[f64; MOST_AMOUNTS]>,
-    /// What all cycles took of what is filled in: amounts, and in the unit of sale.
+    /// Sums over all cycles of what is filled in: amounts, and in the unit of sale.
     amounts: [f64; Carrier::COUNT],
     sold: [f64; Carrier::COUNT],
 }

@@ -21,7 +21,7 @@ pub const FIRST_CHECK: u64 = 250;
 /// Cycles of a check over those of the one before.
 const GROWTH: f64 = 1.25;
 
-/// What has to be known, and how well.
+/// Quantity that has to be known, and how well.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Precision {
@@ -34,7 +34,7 @@ pub struct Precision {
 /// How well it is known.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Reached {
-    /// What was asked for.
+    /// Precision that was asked for.
     #[serde(flatten)]
     pub precision: Precision,
     /// Half of the 95 % interval, relative to the value; none where there is no interval.

@@ -6,7 +6,7 @@ use super::clustering::Clusters;
 pub const LEVELS: [(f64, &str); 6] =
     [(0.05, "p5"), (0.25, "p25"), (0.5, "p50"), (0.75, "p75"), (0.95, "p95"), (0.99, "p99")];
 
-/// What each tail of a 95 % interval may hold.
+/// Probability that each tail of a 95 % interval may hold.
 pub(super) const TAIL: f64 = 0.025;
 
 /// Weights of the binomial law below this share of its largest are left out of its sum.

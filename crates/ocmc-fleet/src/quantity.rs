@@ -16,7 +16,7 @@
 use ocmc_core::energy::carrier::{ALL_STORES, CARRIERS, Carrier};
 use ocmc_core::record::{COLUMNS, Column, Outcome, Record, column};
 
-/// What a cycle's value is multiplied by for a total, or what a total is divided by.
+/// Weight by which a cycle's value is multiplied for a total, or a total is divided.
 #[derive(Clone, Copy, Debug)]
 pub enum Weight {
     /// Each cycle counts once.
@@ -31,7 +31,7 @@ pub enum Weight {
     WholeTrip,
 }
 
-/// What weights are made of.
+/// Parts of a weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     /// Distance, in m.
@@ -45,7 +45,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// That of a cycle.
+    /// Extent of a cycle.
     pub fn of(record: &Record) -> Self {
         let Record { distance_m, duration_s, .. } = *record;
         let payload_kg = record.mean_payload_kg;
@@ -70,9 +70,9 @@ impl Weight {
 /// Where a cycle's own value is from.
 #[derive(Clone, Copy, Debug)]
 pub enum Value<'a> {
-    /// What the record has, or what is made of it.
+    /// Value of the record, or one that is made of it.
     Of(fn(&Record) -> Option<f64>),
-    /// What it took of a carrier over distance.
+    /// Amount of a carrier that it took over distance.
     Consumption(Carrier),
     /// The same by tonne of payload.
     PerTonne(Carrier),
@@ -107,9 +107,9 @@ pub struct NamedQuantity<'a> {
     pub value: Value<'a>,
     /// Name of the quantity that is summed up.
     pub of: &'a str,
-    /// What each of its values is multiplied by.
+    /// Weight by which each of its values is multiplied.
     pub times: Weight,
-    /// What the total is divided by.
+    /// Weight by which the total is divided.
     pub over: Weight,
     /// Whether a trip that its battery cut short counts.
     pub counts_cut_short: bool,
@@ -148,7 +148,7 @@ impl NamedQuantity<'_> {
         self.value.get(record).filter(|value| counts && value.is_finite())
     }
 
-    /// What a cycle that counts adds to the two totals of the fleet's mean.
+    /// Contributions of a cycle that counts to the two totals of the fleet's mean.
     pub fn totals(&self, record: &Record) -> Option<(f64, f64)> {
         let summed = match quantity(self.of) {
             Some(summed) => summed.of_cycle(record)?,
@@ -161,7 +161,7 @@ impl NamedQuantity<'_> {
 
 /// Litres over 100 km.
 pub const LITRES: &str = CARRIERS[Carrier::LiquidFuel as usize].consumption.name;
-/// What is charged, over distance.
+/// Charged energy, over distance.
 const CHARGED: &str = CARRIERS[Carrier::Electricity as usize].consumption.name;
 /// Greenhouse gases from the well to the wheel over distance.
 const WELL_TO_WHEEL: &str = "well_to_wheel_g_per_km";
@@ -170,8 +170,8 @@ pub const WHOLE_TRIP: &str = "whole_trip_kwh_per_km";
 /// Work at the wheels over distance.
 pub const WHEEL: &str = "wheel_kwh_per_km";
 
-/// What a fleet is judged by, where nothing else is asked for: the first that its cycles have. Of
-/// trucks with several stores it is the energy of all.
+/// Quantities by which a fleet is judged, where nothing else is asked for: the first that its
+/// cycles have. Of trucks with several stores it is the energy of all.
 pub const CONSUMPTIONS: [&str; Carrier::COUNT + 2] = {
     let mut all = [WHEEL; Carrier::COUNT + 2];
     all[0] = ALL_STORES.name;
@@ -294,7 +294,7 @@ pub fn shared_consumption(fleets: &[&[Record]]) -> &'static RecordQuantity {
     Consumed::shared(&fleets.iter().map(|fleet| Consumed::of(fleet)).collect::<Vec<_>>())
 }
 
-/// Which consumptions the cycles of a fleet have.
+/// Consumptions that the cycles of a fleet have.
 pub(crate) struct Consumed {
     pub(crate) has: Vec<&'static RecordQuantity>,
     /// Whether a battery cut a trip short.

@@ -29,7 +29,7 @@ const CURVE_POINTS: f64 = 40.0;
 /// Parts of equal size by which loaded trips are told apart.
 const PAYLOAD_PARTS: usize = 3;
 
-/// What a trip tells of the range.
+/// Evidence of a trip on the range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeTrip {
     cycle_id: u64,
@@ -41,7 +41,7 @@ pub struct RangeTrip {
 }
 
 impl RangeTrip {
-    /// Of a record; none without a battery.
+    /// Evidence of a record; none without a battery.
     pub fn of(record: &Record) -> Option<Self> {
         let final_charge = record.final_charge?;
         let Record { cycle_id, distance_m, outcome, payload_kg, departure_s_of_year, .. } = *record;
@@ -52,7 +52,7 @@ impl RangeTrip {
 /// How far trucks come.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RangeSummary {
-    /// Of all trips.
+    /// Range over all trips.
     #[serde(flatten)]
     pub all: RangeOf,
     /// The lowest state of charge at the end of a trip that arrived; none where none arrived.

@@ -19,8 +19,8 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Which cycles to run, and on what. Only `seed`, `first_cycle`, `cycles` and `pick_freeze` decide
-/// the records.
+/// Cycles to run, and the threads and streams. Only `seed`, `first_cycle`, `cycles` and
+/// `pick_freeze` decide the records.
 #[derive(Clone, Copy, Debug)]
 pub struct RunPlan {
     /// Master seed.
@@ -79,8 +79,8 @@ impl RunPlan {
 /// Trucks whose trips are driven side by side where they chain: those of two blocks of lanes.
 const TRUCKS_SIDE_BY_SIDE: u64 = 32;
 
-/// Cycles that a thread takes at most, where nothing else is asked for: it takes the next ones while
-/// its lanes drive the last, so that few are left to one thread when the others have none.
+/// Cycles that a thread takes at most, where nothing else is asked for: it takes the next ones
+/// while its lanes drive the last, so that few are left to one thread when the others have none.
 pub const CHUNK: u64 = 128;
 
 /// Cycles with which it is worth starting a thread: they fill its lanes.
@@ -127,8 +127,8 @@ pub fn pool(threads: usize) -> ThreadPool {
 /// Ranges of cycle ids that a thread drives, one after the other.
 pub type Ranges<'a> = &'a mut dyn Iterator<Item = Range<u64>>;
 
-/// As [`run`], with whatever `drive` makes of ranges of cycle ids: one record for each id, in any order.
-/// It may give up, and then give fewer, once its flag is set.
+/// As [`run`], with whatever `drive` makes of ranges of cycle ids: one record for each id, in any
+/// order. It may give up, and then give fewer, once its flag is set.
 pub fn run_with<B>(
     plan: &RunPlan,
     drive: &(dyn Fn(Ranges, &AtomicBool, Deliver) + Sync),
@@ -266,8 +266,8 @@ impl Waiting {
     }
 }
 
-/// What `of` makes of each cycle of a plan, by its id and in order of the ids; it does not depend on
-/// the threads. `progress` receives the number of cycles done, several times a second; breaking
+/// Results of `of` for each cycle of a plan, by its id and in order of the ids; it does not depend
+/// on the threads. `progress` receives the number of cycles done, several times a second; breaking
 /// ends the work, and sets the flag on which `of` may give up.
 pub fn each<T: Send, B>(
     plan: &RunPlan,

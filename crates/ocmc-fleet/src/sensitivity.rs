@@ -63,7 +63,7 @@ pub fn factor_groups() -> Vec<FactorGroup> {
     ]
 }
 
-/// What the variance is over.
+/// Unit over which the variance is taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
@@ -79,7 +79,7 @@ pub enum Over {
 pub struct Sensitivity {
     /// Name of the quantity.
     pub column: &'static str,
-    /// What the variance is over, and what a row is.
+    /// Unit over which the variance is taken, and that of a row.
     pub over: Over,
     /// Rows of the design that count.
     pub rows: u64,
@@ -103,7 +103,7 @@ pub struct Sensitivity {
     pub factors: Vec<FactorShare>,
 }
 
-/// What one group explains.
+/// Share that one group explains.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct FactorShare {
     /// Name of the group.
@@ -177,7 +177,7 @@ pub(super) enum Missing {
     NoValue,
 }
 
-/// What one cycle of the design gives.
+/// Output of one cycle of the design.
 pub(super) type Output = Result<f64, Missing>;
 
 fn output(quantity: &RecordQuantity, record: &Record) -> Output {
@@ -197,7 +197,7 @@ fn of_truck(quantity: &RecordQuantity, trips: &[Record]) -> Output {
     Err(if completed { Missing::NoValue } else { Missing::NotCompleted })
 }
 
-/// What each row of a design gives.
+/// Outputs of each row of a design.
 pub(super) fn values(
     quantity: &RecordQuantity,
     over: Over,
@@ -229,7 +229,7 @@ pub(super) fn rows_of(plan: &RunPlan, dependence: Dependence, over: Over) -> (Ru
     }
 }
 
-/// What the cycles of a design gave, row by row.
+/// Outputs of the cycles of a design, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// Its columns: `a`, `b`, and the names of the groups that are taken from B.

@@ -49,7 +49,7 @@ pub struct ShapleyEffects {
     pub factors: Vec<ShapleyShare>,
 }
 
-/// What one factor has of the variance.
+/// Share of one factor in the variance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ShapleyShare {
     /// Its name.
@@ -161,7 +161,7 @@ fn shares<'a>(groups: impl Iterator<Item = &'a Vec<f64>>, factors: usize) -> (Ve
     (sums[..factors].iter().map(|sum| sum / whole).collect(), whole)
 }
 
-/// Of each factor the weight of c(u) in its share, for every subset u.
+/// Weight of c(u) in the share of each factor, for every subset u.
 fn weights(factors: usize) -> Vec<Vec<f64>> {
     let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
     let weight = |i: usize, subset: usize| {
@@ -175,8 +175,8 @@ fn weights(factors: usize) -> Vec<Vec<f64>> {
     (0..factors).map(|i| (0..1 << factors).map(|subset| weight(i, subset)).collect()).collect()
 }
 
-/// What a row says of each factor's part of the variance, and of the whole; `outputs` are its
-/// cycles by the subset that comes from the second sample.
+/// Contributions of a row to each factor's part of the variance, and of the whole; `outputs` are
+/// its cycles by the subset that comes from the second sample.
 fn terms(outputs: &[f64], weights: &[Vec<f64>]) -> Vec<f64> {
     let count = outputs.len();
     let gone: Vec<f64> = (0..count)

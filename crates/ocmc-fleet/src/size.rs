@@ -4,8 +4,8 @@
 //! one, too: so each trip has a largest battery with which it has failed and a smallest one with
 //! which it has arrived, and a size is tried only on the trips for which it lies between the two.
 //! The share that arrives then rises with the size, and the size for a share is found by
-//! bisection. Its interval are the sizes for the share less and plus 1.96 of its standard errors, of
-//! trips that depend on one another as the study says.
+//! bisection. Its interval are the sizes for the share less and plus 1.96 of its standard errors,
+//! of trips that depend on one another as the study says.
 
 use super::range::season_of;
 use super::run::{Ranges, RunPlan, each, run_with};
@@ -46,7 +46,7 @@ pub struct SizeFor {
     pub ci95_j: [Option<f64>; 2],
 }
 
-/// What is known of one trip.
+/// Knowledge of one trip.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     fails_j: f64,
@@ -74,8 +74,8 @@ impl Sizing {
         Self { trips, clusters, tried: Vec::new(), start_j, drives: 0 }
     }
 
-    /// The smallest battery with which this share arrives, to 0.1 %, and its interval. `drive` tells
-    /// how these trips end with a battery.
+    /// The smallest battery with which this share arrives, to 0.1 %, and its interval. `drive`
+    /// tells how these trips end with a battery.
     pub fn size_for<B>(
         &mut self,
         share: f64,
@@ -213,8 +213,8 @@ pub fn of_season<B>(
     ControlFlow::Continue(places.map(|(place, _)| place).collect())
 }
 
-/// Drives single cycles of a plan until they arrive or are empty, in the order of their places in it.
-/// `progress` receives the number of cycles driven so far; breaking ends the run.
+/// Drives single cycles of a plan until they arrive or are empty, in the order of their places in
+/// it. `progress` receives the number of cycles driven so far; breaking ends the run.
 pub fn drive_some<B>(
     study: &Study,
     plan: &RunPlan,

@@ -1,4 +1,4 @@
-//! What is reported of one quantity of a fleet: its mean, and how it is spread over the cycles.
+//! Statistics of one quantity of a fleet: its mean, and how it is spread over the cycles.
 
 use super::adjustment::AdjustedStatistic;
 use super::clustering::{Clusters, Spread};

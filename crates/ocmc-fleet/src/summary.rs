@@ -1,5 +1,5 @@
-//! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that
-//! were completed and, of what they drove, those that a battery cut short.
+//! Summary of a fleet's cycles: consumption, speed, duration and stops, over the cycles that were
+//! completed and, of what they drove, those that a battery cut short.
 
 use super::adjustment::{Adjusted, Adjuster, Adjustment};
 use super::charging::ChargingSummary;
@@ -44,17 +44,18 @@ pub struct Summary {
     #[serde(serialize_with = "by_name")]
     #[schemars(with = "BTreeMap<String, Statistic>")]
     pub statistics: Vec<Statistic>,
-    /// What the mean owes to uncertain numbers of the study. It takes drives of its own: see
-    /// [`Summary::add_uncertainty`].
+    /// Part of the mean's uncertainty that comes from uncertain numbers of the study. It takes
+    /// drives of its own: see [`Summary::add_uncertainty`].
     pub parameter_uncertainty: Option<ParameterUncertainty>,
-    /// What the cycles that stalled or timed out could change; none where they are at most 0.1 %.
+    /// Change that the cycles that stalled or timed out could make; none where they are at most 0.1
+    /// %.
     pub worst_case: Option<WorstCase>,
     /// Where powertrains came to their limits and left their maps.
     pub saturation: Saturation,
-    /// What trucks add up to; none where each trip has a truck of its own.
+    /// Summary of the trucks; none where each trip has a truck of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trucks: Option<TruckSummary>,
-    /// What road types and event kinds took; none where cycles are not broken down.
+    /// Totals of road types and event kinds; none where cycles are not broken down.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<FleetPart>,
     /// Summaries of the routes; empty where there are not several.
@@ -63,11 +64,11 @@ pub struct Summary {
     /// Cycles whose payload was cut at the legal gross mass.
     #[serde(skip_serializing_if = "is_zero")]
     pub payloads_cut: u64,
-    /// What trips had to charge; none where the study does not say how.
+    /// Charging of the trips; none where the study has no policy for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub charging: Option<ChargingSummary>,
-    /// What chargers draw from the grid by quarter of an hour; none where nothing was charged by a
-    /// policy.
+    /// Power that chargers draw from the grid by quarter of an hour; none where nothing was charged
+    /// by a policy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loads: Option<LoadCurves>,
     /// Trucks whose trips arrive, of battery trucks that make several; empty where there are none.
@@ -206,7 +207,7 @@ pub struct SummaryBuilder {
     failed: Vec<[Option<f64>; CONSUMPTIONS.len()]>,
     /// Per counted cycle.
     extents: Vec<Extent>,
-    /// Which cycles depend on one another.
+    /// Dependence between cycles.
     dependence: Dependence,
     /// Months and years of trucks, where they make several trips.
     trucks: TruckYearBuilder,
@@ -491,8 +492,8 @@ impl SummaryBuilder {
         Some(Ratio { ci95, ..mean })
     }
 
-    /// What each counted cycle that has the quantity adds to the two totals of its mean, after
-    /// the cycle's id.
+    /// Contributions of each counted cycle that has the quantity to the two totals of its mean,
+    /// after the cycle's id.
     fn totals(&self, quantity: &RecordQuantity) -> impl Iterator<Item = (u64, f64, f64)> + Clone {
         let (times, over) = (quantity.times, quantity.over);
         let values = self.values_of(quantity.of).iter().enumerate();

@@ -1,4 +1,4 @@
-//! What it is worth to train the drivers of a fleet who stand worst in its records.
+//! Worth of training the drivers of a fleet who stand worst in its records.
 //!
 //! Each trip is driven twice, with the same road, weather, traffic, load and truck: by its own
 //! driver, and by another one, who is the same for all trips, or by its own driver after a training
@@ -37,7 +37,7 @@ const LEAST_DRIVERS: usize = 10;
 /// Trips of each driver in the records, for which is told how sure the choice is.
 const RECORDED: [usize; 8] = [5, 10, 20, 50, 100, 200, 500, 1000];
 
-/// Which drivers are trained, and to what.
+/// Choice of the drivers who are trained, and of the drive after training.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainingOptions {
     /// Share of the drivers who are trained: those who stand worst in the records.
@@ -48,17 +48,17 @@ pub struct TrainingOptions {
     pub seed: u64,
 }
 
-/// What a trip costs; none where it was not completed.
+/// Price of a trip; none where it was not completed.
 pub type Price<'a> = &'a dyn Fn(&Record) -> Option<f64>;
 
-/// What training is worth.
+/// Worth of training.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Training {
     /// Name of the quantity.
     pub column: &'static str,
     /// Drivers.
     pub drivers: usize,
-    /// Those of them who are trained.
+    /// Number of them who are trained.
     pub chosen: usize,
     /// Trips that were completed in both drives.
     pub pairs: u64,
@@ -69,13 +69,13 @@ pub struct Training {
     /// How reliable a driver's mean in the records is: the share of its variance that would come
     /// back; none where drivers do not differ beyond chance.
     pub reliability: Option<f64>,
-    /// What the records show: mean of the chosen less that of the middle fifth.
+    /// Excess in the records: mean of the chosen less that of the middle fifth.
     pub shown: f64,
-    /// What of it would come back.
+    /// Part of it that would come back.
     pub expected: Option<f64>,
-    /// What training gives.
+    /// Gain by training.
     pub gain: Gain,
-    /// What it would give if the drivers who are truly worst were chosen.
+    /// Gain if the drivers who are truly worst were chosen.
     pub gain_if_known: Gain,
     /// Share of the chosen who are truly among the worst.
     pub truly_worst: f64,
@@ -106,13 +106,13 @@ pub struct Choice {
     pub trips: usize,
     /// Share of the chosen who are truly among the worst.
     pub truly_worst: f64,
-    /// What the records show.
+    /// Excess in the records.
     pub shown: f64,
-    /// What training gives.
+    /// Gain by training.
     pub gain: f64,
 }
 
-/// What a driver's trips add up to.
+/// Totals of a driver's trips.
 #[derive(Clone, Debug, Default)]
 struct Driver {
     /// (y, x) of each trip, in their order.
@@ -161,7 +161,7 @@ impl Driver {
     }
 }
 
-/// What a driver has by the records and by the excess, so that drivers may be sampled.
+/// Standing of a driver by the records and by the excess, so that drivers may be sampled.
 #[derive(Clone, Copy, Debug)]
 struct Standing {
     recorded: f64,
@@ -301,7 +301,7 @@ fn middle(places: &[usize]) -> &[usize] {
     &places[(2 * n / 5).min((n - 1) / 2)..(3 * n).div_ceil(5)]
 }
 
-/// What the records show: the mean of the chosen less that of the middle fifth, each driver counted
+/// Excess in the records: the mean of the chosen less that of the middle fifth, each driver counted
 /// once.
 fn shown(standings: &[Standing], chosen: usize) -> f64 {
     let places = ranked(standings, By::Records);
@@ -311,7 +311,7 @@ fn shown(standings: &[Standing], chosen: usize) -> f64 {
     mean(&places[..chosen]) - mean(middle(&places))
 }
 
-/// What training gives over the distance of the chosen: of the quantity, time, money.
+/// Gain by training over the distance of the chosen: of the quantity, time, money.
 fn gained(standings: &[Standing], by: By, options: &TrainingOptions) -> [f64; 3] {
     let places = ranked(standings, by);
     let chosen = &places[..chosen_of(places.len(), options.share)];

@@ -1,10 +1,10 @@
-//! Which trucks of a fleet a battery truck can take the place of: those whose trips arrive.
+//! Trucks of a fleet that a battery truck can replace: those whose trips arrive.
 //!
-//! Of N trucks k make all of their trips, or at least 95 % of them. The interval of the share of such
-//! trucks is Wilson's: the shares p with |k/N − p| ≤ z √(p (1 − p) / N), z = 1.96, so that it stays
-//! within 0 and 1, and has a width where all trucks arrive. Source: E. B. Wilson, *J. Am. Stat. Assoc.*
-//! 22 (1927) 209 \[PK\]. Trucks count as independent of one another. Trips that stalled or timed out do not
-//! count.
+//! Of N trucks k make all of their trips, or at least 95 % of them. The interval of the share of
+//! such trucks is Wilson's: the shares p with |k/N − p| ≤ z √(p (1 − p) / N), z = 1.96, so that it
+//! stays within 0 and 1, and has a width where all trucks arrive. Source: E. B. Wilson, *J. Am.
+//! Stat. Assoc.* 22 (1927) 209 \[PK\]. Trucks count as independent of one another. Trips that
+//! stalled or timed out do not count.
 
 use super::dependence::Dependence;
 use ocmc_core::record::{Outcome, Record};

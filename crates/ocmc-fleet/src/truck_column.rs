@@ -10,7 +10,7 @@ use ocmc_core::record::Cell;
 pub struct TruckColumn {
     /// Its name, with the unit.
     pub name: &'static str,
-    /// What it says.
+    /// Meaning of the column.
     pub meaning: &'static str,
     get: Get,
 }

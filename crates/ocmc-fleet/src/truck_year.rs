@@ -1,5 +1,5 @@
-//! What trucks add up to that make several trips: each in a month and in a year, and their fleet in
-//! a year.
+//! Totals of trucks that make several trips: each in a month and in a year, and their fleet in a
+//! year.
 //!
 //! A truck's value of a quantity is its total over its total, as the fleet's is: Σ y / Σ x over the
 //! trips of the time that count ([`super::quantity::RecordQuantity::of_cycle`]). Means and
@@ -54,7 +54,7 @@ pub struct TruckTime {
     pub payload_distance_kgm: f64,
     /// Work at the wheels, in J.
     pub wheel_energy_j: f64,
-    /// What was taken of each carrier.
+    /// Amount taken of each carrier.
     pub taken: [Option<f64>; Carrier::COUNT],
     /// The same in the unit of sale.
     pub sold: [Option<f64>; Carrier::COUNT],
@@ -161,17 +161,17 @@ pub struct TruckYearBuilder {
 struct SharedTrip {
     /// Places of its year and its month in the tables.
     places: [usize; 2],
-    /// What it adds to the totals of the fleet's year, in their order; NaN where it has none.
+    /// Contributions to the totals of the fleet's year, in their order; NaN where it has none.
     amounts: [f64; Totals::COUNT],
 }
 
-/// What trips add to the two totals of each quantity's mean.
+/// Contributions of trips to the two totals of each quantity's mean.
 pub(super) struct TripTotals<'a> {
     /// In which clusters they are.
     pub(super) clusters: &'a Clusters,
     /// Ids of the trips that count, in their order.
     pub(super) cycle_ids: &'a [u64],
-    /// Of a quantity, (cycle id, y, x) of the trips that have it.
+    /// Contributions to a quantity, (cycle id, y, x) of the trips that have it.
     pub(super) of: &'a dyn Fn(usize) -> Vec<(u64, f64, f64)>,
 }
 
@@ -342,7 +342,7 @@ fn by_month(months: &[TruckTime]) -> [Option<f64>; 12] {
     sums.map(|(y, x)| (x > 0.0).then(|| y / x))
 }
 
-/// What the trucks of a fleet add up to.
+/// Summary of the trucks of a fleet.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct TruckSummary {
     /// Trucks.
@@ -369,7 +369,7 @@ pub struct TruckSummary {
     /// The fleet's consumption in each month of the year, total over total; none where no trip is.
     #[serde(skip)]
     pub by_month: [Option<f64>; 12],
-    /// What has to be known of the intervals.
+    /// Remark on the intervals that has to be known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'static str>,
     /// Each truck-year.
@@ -377,7 +377,7 @@ pub struct TruckSummary {
     pub rows: Vec<TruckTime>,
 }
 
-/// Of fleets whose trucks share drivers, days, both.
+/// Notes on fleets whose trucks share drivers, days, both.
 const SHARED: [[Option<&str>; 2]; 2] = [
     [None, Some("counted by trucks and by the days that they share")],
     [
@@ -393,7 +393,7 @@ pub struct Totals {
     pub distance_m: Option<Total>,
     /// Duration, in s.
     pub duration_s: Option<Total>,
-    /// What was taken of each carrier, in the unit of sale.
+    /// Amount taken of each carrier, in the unit of sale.
     pub sold: [Option<Total>; Carrier::COUNT],
     /// Carbon dioxide from burning the fuel, in kg.
     pub co2_kg: Option<Total>,

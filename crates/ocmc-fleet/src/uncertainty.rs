@@ -1,18 +1,19 @@
 //! How sure a fleet's mean is when numbers of its study are estimates that have errors.
 //!
-//! The delta method on paired drives. For each uncertain number θ_j with standard error s_j the same
-//! cycles are driven with θ_j − s_j and with θ_j + s_j. Half the difference of the two means R is
-//! what one standard error does, e_j = s_j ∂R/∂θ_j to second order. With ρ the correlation of the
-//! errors of the numbers and V the covariance of the sampling errors of the e_j, which follows from
-//! the paired residuals (see [`super::comparison`]),
+//! The delta method on paired drives. For each uncertain number θ_j with standard error s_j the
+//! same cycles are driven with θ_j − s_j and with θ_j + s_j. Half the difference of the two means R
+//! is what one standard error does, e_j = s_j ∂R/∂θ_j to second order. With ρ the correlation of
+//! the errors of the numbers and V the covariance of the sampling errors of the e_j, which follows
+//! from the paired residuals (see [`super::comparison`]),
 //!
 //! - σ² = eᵀ ρ e − Σ ρ_ij V_ij     (0 where it is negative)
 //! - interval R ± √(z₀.₉₇₅² σ² (1 + 1/G) + h²)
 //!
 //! with h the half width of the interval of sampling alone. Pairs that differ in one number vary
-//! much less than cycles do, so that a thousand of them tell σ to a few percent. Where the cycles of
-//! the run itself draw the law of curve speeds in G replicates, R is the mean over them; otherwise
-//! 1/G is 0. More cycles shrink h, and leave σ: that needs more measurements behind the numbers.
+//! much less than cycles do, so that a thousand of them tell σ to a few percent. Where the cycles
+//! of the run itself draw the law of curve speeds in G replicates, R is the mean over them;
+//! otherwise 1/G is 0. More cycles shrink h, and leave σ: that needs more measurements behind the
+//! numbers.
 //!
 //! Source: the delta method, A. W. van der Vaart, *Asymptotic Statistics* (1998), chapter 3 \[PK\].
 
@@ -33,7 +34,8 @@ use std::ops::ControlFlow;
 /// Most cycles that are driven on each side of a number.
 pub const MOST_PAIRS: u64 = 1000;
 
-/// What a fleet's mean, or the difference of two, owes to uncertain numbers of the study.
+/// Part of the uncertainty of a fleet's mean, or of the difference of two, that comes from
+/// uncertain numbers of the study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterUncertainty {
     /// Name of the quantity.
@@ -51,7 +53,7 @@ pub struct ParameterUncertainty {
     pub parameters: Vec<ParameterEffect>,
 }
 
-/// What the error of one number does to the mean.
+/// Effect of one number's error on the mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterEffect {
     /// Path of the key.
@@ -69,7 +71,7 @@ pub struct ParameterEffect {
     pub pairs: u64,
 }
 
-/// What one standard error of each number does.
+/// Effects of one standard error of each number.
 #[derive(Clone, Debug)]
 pub struct Effects {
     column: String,
@@ -123,7 +125,7 @@ impl Effects {
         ControlFlow::Continue(Some(Self { column, cycles, correlation, numbers }))
     }
 
-    /// Those of a study that takes all numbers for certain.
+    /// Effects in a study that takes all numbers for certain.
     pub fn nothing(quantity: &NamedQuantity) -> Self {
         let (correlation, numbers) = (DMatrix::zeros(0, 0), Vec::new());
         Self { column: quantity.column.to_owned(), cycles: 0, correlation, numbers }
@@ -136,8 +138,8 @@ impl Effects {
         2 * moved * paired(plan).cycles
     }
 
-    /// The effects on the difference of two means, this one's less that of `other`: a key of both is
-    /// one error that moves both at once. None where the two correlate their errors in ways that
+    /// The effects on the difference of two means, this one's less that of `other`: a key of both
+    /// is one error that moves both at once. None where the two correlate their errors in ways that
     /// do not fit one another.
     pub fn less(mut self, other: &Self) -> Option<Self> {
         let own_keys = self.numbers.len();
@@ -230,7 +232,7 @@ fn paired(plan: &RunPlan) -> RunPlan {
     RunPlan { level, ..fewer }
 }
 
-/// What one standard error of a number does, from fleets that are so many of them apart, and its
+/// Effect of one standard error of a number, from fleets that are so many of them apart, and its
 /// residuals by batch, which are of the mean: their sum is 0. Unknown as it was where no cycle was
 /// completed on both sides.
 fn half(

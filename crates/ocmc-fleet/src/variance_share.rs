@@ -130,7 +130,7 @@ impl Outputs {
     }
 }
 
-/// Which of `count` parts a bootstrap sample of that number has, drawn with replacement.
+/// Parts, of `count`, that a bootstrap sample of that number has, drawn with replacement.
 pub(super) fn drawn_again(seed: u64, number: u64, count: usize) -> impl Iterator<Item = usize> {
     let mut draws = Draws::new(seed, number, Stream::Bootstrap);
     (0..count).map(move |_| (draws.uniform() * count as f64) as usize)

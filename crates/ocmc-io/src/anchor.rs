@@ -5,13 +5,13 @@ use ocmc_core::energy::Carrier;
 /// A published figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anchor {
-    /// What was measured or declared, and when.
+    /// Source: the measurement or declaration, and its date.
     pub what: &'static str,
     /// Payload or gross mass.
     pub load: &'static str,
     /// Road, speed, season.
     pub road: &'static str,
-    /// What it consumes.
+    /// Carrier that it consumes.
     pub carrier: Carrier,
     /// The figure with its unit.
     pub figure: &'static str,
@@ -26,7 +26,8 @@ impl Anchor {
     }
 }
 
-/// The figures, diesel before electric (`docs/src/outside-consumption.md` says what follows from them).
+/// The figures, diesel before electric (`docs/src/outside-consumption.md` says what follows from
+/// them).
 pub const ANCHORS: [Anchor; 15] = [
     Anchor {
         what: "VECTO 3, generic tractor of 2016",

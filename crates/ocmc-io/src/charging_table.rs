@@ -1,5 +1,5 @@
-//! What was charged, in files: one row for each charging of a trip, and load curves, one row for each
-//! kind of chargers and quarter of an hour.
+//! Charging in files: one row for each charging of a trip, and load curves, one row for each kind
+//! of chargers and quarter of an hour.
 
 use crate::records::{GROUP_ROWS, RecordFormat, RecordsError};
 use crate::table_file::TableWriter;

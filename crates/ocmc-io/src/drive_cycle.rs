@@ -296,8 +296,9 @@ impl Stretch {
     }
 }
 
-/// The drive cycle as a route for a driver: the mean speed of each second is the limit on its stretch
-/// of road, a standstill is a stop, half a metre inside the road where it is at one of its ends.
+/// The drive cycle as a route for a driver: the mean speed of each second is the limit on its
+/// stretch of road, a standstill is a stop, half a metre inside the road where it is at one of its
+/// ends.
 ///
 /// # Errors
 /// [`Fault::Route`] where there is no road, as for a cycle that never moves.

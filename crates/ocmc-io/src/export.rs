@@ -1,5 +1,5 @@
-//! The files of a fleet's export: what each of them is, by its columns, and which trips are held back
-//! when a study is learnt from them.
+//! The files of a fleet's export: what each of them is, by its columns, and which trips are held
+//! back when a study is learnt from them.
 
 use crate::given_cycle;
 use crate::intake::table::formats::{CURVES, LOG, SPEED_CHANGES, TRAFFIC, TRIP_TOTALS, WEATHER};
@@ -117,8 +117,8 @@ pub fn kind_of(path: &Path, mappings: &[Mapping]) -> Result<Option<ExportKind>, 
     fault.map_or(Ok(None), Err)
 }
 
-/// Whether a table has a distance and an amount in each row that are those of a trip: most are longer
-/// than [`SHORTEST_TRIP_M`], and no counter, which does not fall.
+/// Whether a table has a distance and an amount in each row that are those of a trip: most are
+/// longer than [`SHORTEST_TRIP_M`], and no counter, which does not fall.
 fn tells_trips(path: &Path, mappings: &[Mapping]) -> bool {
     let own: Vec<Mapping> = mappings.iter().filter(|m| m.is_of(&TRIP_TOTALS)).cloned().collect();
     let Ok((totals, _)) = trip_totals::read(Source::File(path), &own) else { return false };
@@ -165,9 +165,9 @@ fn collect(folder: &Path, deep: usize, found: &mut Vec<PathBuf>) -> io::Result<(
     Ok(())
 }
 
-/// A number from 0 to 1 that is drawn for a trip: one for all trips of a truck on a day, and of what
-/// names neither for each row by itself. The trips with the smallest ones are held back, the same ones
-/// in every file.
+/// A number from 0 to 1 that is drawn for a trip: one for all trips of a truck on a day, and of
+/// what names neither for each row by itself. The trips with the smallest ones are held back, the
+/// same ones in every file.
 pub fn drawn(seed: u64, truck: &str, day_of_year: f64, otherwise: &str) -> f64 {
     let is_known = !truck.is_empty() && day_of_year.is_finite();
     let key = if is_known {

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// What the system did not let us do, where, and why.
+/// Failure of the system, with its place and reason.
 #[derive(Debug, Error)]
 #[error("cannot {action} `{}`: {source}", path.display())]
 pub struct FileError {

@@ -25,7 +25,7 @@ const DISTANCES: [&str; 14] = [
     "distancia",
 ];
 
-/// What `outcome` says of a trip that arrived.
+/// Word in `outcome` for a trip that arrived.
 const COMPLETED: &str = "completed";
 
 /// Reads records. `column` is the one whose numbers are compared, `weight` the one that says how
@@ -165,7 +165,8 @@ mod tests {
 
     #[test]
     fn records_by_their_names() {
-        let text = "vehicle_id,driver,outcome,consumption_l_per_100km,distance_m,departure_s_of_year\n\
+        let text = "vehicle_id,driver,outcome,consumption_l_per_100km,\
+                    distance_m,departure_s_of_year\n\
                     7,x,completed,31.5,1000,0\n7,,stalled,,2000,86400\n";
         let found = table(text, Some("distance_m"), true).unwrap();
         assert_eq!(found.truck, ["7", "7"]);

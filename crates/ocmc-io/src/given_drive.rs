@@ -1,5 +1,5 @@
-//! What is given to be driven instead of a study's own roads: routes, for the study's
-//! drivers, or a speed to follow.
+//! Drives given to replace a study's own roads: routes, for the study's drivers, or a speed to
+//! follow.
 
 use crate::given_cycle::{Account, RouteOptions, account};
 use crate::intake::FileAccount;
@@ -44,8 +44,8 @@ impl Follow {
     }
 }
 
-/// What the trucks of a run follow, as its manifest keeps it: with the study, enough to follow it
-/// again.
+/// Drive cycle that the trucks of a run follow, as its manifest keeps it: with the study, enough to
+/// follow it again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Followed {
     /// How.
@@ -91,7 +91,7 @@ pub enum GivenDriveError {
     File(#[from] TableError),
 }
 
-/// What is driven.
+/// Drive that is given.
 #[derive(Clone, Debug)]
 pub struct GivenDrive {
     files: Vec<PathBuf>,
@@ -102,7 +102,7 @@ pub struct GivenDrive {
     /// Content of the route, in CSV, where it is no file but a table of a calling program.
     table: Option<String>,
     how: How,
-    /// What was read of a drive cycle.
+    /// Account of a drive cycle that was read.
     read: Option<FileAccount>,
 }
 
@@ -211,7 +211,7 @@ impl GivenDrive {
         }
     }
 
-    /// What a manifest keeps of it. The routes of a run are in its study.
+    /// Content of it that a manifest keeps. The routes of a run are in its study.
     pub fn followed(&self) -> Option<Followed> {
         let (how, cycle) = match &self.how {
             How::Driven => return None,
@@ -224,8 +224,8 @@ impl GivenDrive {
         Some(Followed { how, file: file.unwrap_or_default(), cycle })
     }
 
-    /// What a run of it is called: by its study, and by what is driven instead of the study's
-    /// roads.
+    /// Name of a run of it: the study's, and that of the drive that is driven instead of the
+    /// study's roads.
     pub fn name_of_run(&self, study: &str) -> String {
         if let Some(Followed { how, file, .. }) = self.followed() {
             return format!("{study} following {file} ({})", how.name());
@@ -239,7 +239,7 @@ impl GivenDrive {
         }
     }
 
-    /// What was given to the run of a manifest.
+    /// Drive that was given to the run of a manifest.
     ///
     /// # Errors
     /// [`GivenDriveError`], where it is not what [`GivenDrive::followed`] gives.
@@ -272,7 +272,7 @@ impl GivenDrive {
         matches!(self.how, How::Driven | How::Planned) && !self.files.is_empty()
     }
 
-    /// What has to be known of it: missions that are kept of files that hold no departure.
+    /// Warnings about it: missions that are kept of files that hold no departure.
     pub fn warnings(&self) -> Vec<String> {
         if !self.keep.contains(&Keep::Mission) {
             return Vec::new();
@@ -324,19 +324,19 @@ impl GivenDrive {
         !self.files.is_empty()
     }
 
-    /// What was read of a drive cycle.
+    /// Account of a drive cycle that was read.
     pub fn cycle_account(&self) -> Option<&FileAccount> {
         self.read.as_ref()
     }
 
-    /// What was read of all files that are driven.
+    /// Accounts of all files that are driven.
     pub fn inputs(&self) -> Vec<FileAccount> {
         let routes = self.accounts().into_iter().map(|account| account.read);
         self.read.iter().cloned().chain(routes).collect()
     }
 
-    /// What was read of the routes, and what of it is hardly a road. What cannot be read is said
-    /// when the study is made.
+    /// Accounts of the routes, and the parts of them that are hardly a road. A file that cannot be
+    /// read is said when the study is made.
     pub fn accounts(&self) -> Vec<Account> {
         let files = if self.has_routes() { self.files.as_slice() } else { &[] };
         let read = |file: &PathBuf| {

@@ -4,7 +4,8 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// What a shell hands over is open already, and what is empty ends: nobody waits for a writer.
+/// Paths that need not be plain files: a descriptor from a shell is open already, and an empty
+/// source ends, so that nobody waits for a writer.
 const ALLOWED: [&str; 4] = ["/dev/stdin", "/dev/fd", "/proc/self/fd", "/dev/null"];
 
 /// Opens a file to read it. A pipe, a socket or a device is refused without being opened: it might

@@ -1,5 +1,5 @@
-//! What quantities are called for people, the factors to the units in which people read them, and
-//! what has to be said of those that look wrong and are not.
+//! Labels of quantities for people, the factors to the units in which people read them, and what
+//! has to be said of those that look wrong and are not.
 
 use crate::number_text::{count_of, grouped, percent, rounded, rounded_share};
 use ocmc_core::charging::ChargingPlace;
@@ -70,8 +70,8 @@ pub fn clock(quarter_hour: u64) -> String {
     format!("{:02}:{:02}", quarter_hour / 4, 15 * (quarter_hour % 4))
 }
 
-/// What a reader may take for an error in a table over cycles, a sentence each: a mean that lies
-/// above its own quantiles, and traction above the energy that it came from.
+/// Remarks on what a reader may take for an error in a table over cycles, a sentence each: a mean
+/// that lies above its own quantiles, and traction above the energy that it came from.
 pub fn remarks(summary: &Summary) -> Vec<String> {
     let n = |column: &str| summary.statistic(column).map_or(0, |statistic| statistic.n);
     let mut remarks = Vec::new();
@@ -120,12 +120,14 @@ pub fn saturation(summary: &Summary) -> Option<String> {
     if !(limited_s > 0.0 || missing_j > ROUNDING_J * summary.cycles as f64) {
         return outside.map(|part| {
             format!(
-                "Beyond the points of the powertrain's maps: {part} was taken there,\nin {cycles} of {of} cycles."
+                "Beyond the points of the powertrain's maps: {part} was taken there,\n\
+                 in {cycles} of {of} cycles."
             )
         });
     }
     let mut text = format!(
-        "Saturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
+        "Saturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at \
+         the wheels",
         rounded(limited_s),
         rounded(missing_j / 3.6e6),
     );

@@ -1,4 +1,4 @@
-//! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
+//! Input and output of `ocmc`: study files, logs, records, run directories and reports.
 
 pub mod anchor;
 pub mod charging_table;

@@ -6,12 +6,12 @@ use std::fmt::Write;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Of some bytes.
+/// Hash of some bytes.
 pub fn of_bytes(bytes: &[u8]) -> String {
     digits(Sha256::new_with_prefix(bytes))
 }
 
-/// Of a file.
+/// Hash of a file.
 ///
 /// # Errors
 /// Where it cannot be read.

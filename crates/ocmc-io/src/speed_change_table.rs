@@ -14,7 +14,7 @@ use ocmc_estimation::fit::speed_change::{
 };
 use thiserror::Error;
 
-/// What has to be in a log.
+/// Needs of speed changes in a log.
 const NEEDS: [&[Quantity]; 3] = [&[Quantity::Time], &[Quantity::Speed], &[Quantity::Limit]];
 
 /// Why speed changes cannot be read.
@@ -28,7 +28,7 @@ pub enum SpeedChangeFileError {
     Drive {
         /// Where the first drive stands.
         place: String,
-        /// What is wrong with it.
+        /// Error of the drive.
         source: SpeedChangeError,
     },
 }
@@ -112,7 +112,7 @@ fn append_log(
     Ok(notes)
 }
 
-/// What was not used of a drive.
+/// Notes on parts of a drive that were not used.
 fn drive_notes(place: &str, found: &LoggedChanges) -> Vec<String> {
     let mut notes = row_notes(place, &found.rows);
     notes.extend(counted(

@@ -19,7 +19,7 @@ pub struct TrafficTable {
     /// Where speeds were measured: of each row the speed over that of the empty road, NaN where it
     /// is missing.
     pub speed_ratios: Option<Vec<f64>>,
-    /// What was read.
+    /// Account of the file.
     pub read: FileAccount,
 }
 
@@ -99,8 +99,10 @@ mod tests {
         assert!((by_share[0].share - 0.2).abs() < 1e-15 && by_share[1].share.is_nan());
         let by_density = table("time_s,road_type,density_per_m\n0,urban,0.026\n").unwrap();
         assert!((by_density[0].share - 0.2).abs() < 1e-12);
-        let speed = "time,road_type,speed_ratio,site\n2024-03-01T00:00,rural,0.8,a\n2024-03-01T00:00,rural,1.1,b\n\
-                     2024-03-01T00:05,rural,0,a\n2024-03-01T00:05,rural,0.01,b\n2024-03-01T00:10,rural,,a\n";
+        let speed = "time,road_type,speed_ratio,site\n2024-03-01T00:00,rural,0.8,a\n\
+                     2024-03-01T00:00,rural,1.1,b\n\
+                     2024-03-01T00:05,rural,0,a\n2024-03-01T00:05,rural,0.01,b\n\
+                     2024-03-01T00:10,rural,,a\n";
         let by_speed = table(speed).unwrap();
         // standing traffic, traffic slower than the law at the jam density, and a missing value
         assert!(by_speed[2].share == 1.0 && by_speed[3].share == 1.0 && by_speed[4].share.is_nan());

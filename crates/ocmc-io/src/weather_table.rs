@@ -1,8 +1,8 @@
 //! Tables of hourly weather, one row an hour, as weather services give them.
 //!
-//! The clock is the place's standard time all year ([`crate::intake::table::clock`]). Beside it stands any
-//! of the quantities of the weather. Services give a table for each of them, too: those of one station
-//! are joined by time.
+//! The clock is the place's standard time all year ([`crate::intake::table::clock`]). Beside it
+//! stands any of the quantities of the weather. Services give a table for each of them, too: those
+//! of one station are joined by time.
 
 use crate::intake::table::clock::{ClockColumn, PlaceClock};
 use crate::intake::table::formats::WEATHER;
@@ -27,8 +27,8 @@ const VARIABLES: [(Quantity, Into); 6] = [
     (Quantity::WindDirection, |weather| &mut weather.wind_direction_rad),
 ];
 
-/// Reads tables of hourly weather of one station, joined by time; `place` is the clock of the place,
-/// where that is known. Of two values of one hour that of the first table is taken.
+/// Reads tables of hourly weather of one station, joined by time; `place` is the clock of the
+/// place, where that is known. Of two values of one hour that of the first table is taken.
 ///
 /// # Errors
 /// [`TableError`] names the file, the place in it and what is allowed.
@@ -174,8 +174,8 @@ impl Joined {
     }
 }
 
-/// Leaves a record an hour of records that are closer: the laws are those of hours. Full hours where
-/// there are some, otherwise every first one an hour after the last.
+/// Leaves a record an hour of records that are closer: the laws are those of hours. Full hours
+/// where there are some, otherwise every first one an hour after the last.
 fn hourly(records: &mut Vec<HourlyRecord>) -> Option<Finding> {
     let mut steps_s: Vec<f64> =
         records.windows(2).map(|pair| pair[1].time_s - pair[0].time_s).collect();
@@ -284,7 +284,8 @@ mod tests {
     #[test]
     fn units_and_dates_are_understood() {
         let records = table(
-            "time,temperature_c,pressure_hpa,relative_humidity_percent,precipitation_mm_per_h,wind_direction_deg,note\n\
+            "time,temperature_c,pressure_hpa,relative_humidity_percent,\
+             precipitation_mm_per_h,wind_direction_deg,note\n\
              2024-02-29T23:00,-3.5,1013,80,0.36,180,a leap day\n\
              2024-03-01 00:00:00,,1012,,0,,the next hour\n",
         )

@@ -43,7 +43,8 @@ export function showAnswer(message, trucks, look) {
     );
     const judged = judgedLine(answer);
     const means = look
-        ? `± is what this first look leaves open; the rest of the ${grouped(look.of)} trips follows.`
+        ? "± is what this first look leaves open; " +
+          `the rest of the ${grouped(look.of)} trips follows.`
         : "Behind ± lies where another fleet of as many such trucks would lie: other drivers, " +
           "other weather, other loads of the same kind.";
     put(byId("judged"), [

@@ -42,9 +42,9 @@ function words(answer) {
         .map(of => [of.name.replaceAll("_", " "), end(of.low), end(of.high), share(of)]);
     return [
         line(
-            `± ${twoDigits(mean)} ${unit} from ${answer.numbers.length} numbers that were judged, ` +
-                "not measured. That is not in the ± of the totals: your own data in their place " +
-                "would take it away.",
+            `± ${twoDigits(mean)} ${unit} from ${answer.numbers.length} numbers that were ` +
+                "judged, not measured. That is not in the ± of the totals: your own data in " +
+                "their place would take it away.",
         ),
         table(
             `What a judged number does to the mean, in ${unit}, the most first`,

@@ -160,7 +160,8 @@ export function filesPanel(engine, places, on) {
     function calibration(name) {
         const press = job("Calibrate to this table", options => on.calibrate(name, options), read);
         const hint =
-            "Half a minute: judged numbers of the study are moved until it takes what the table says.";
+            "Half a minute: judged numbers of the study are moved until it takes what the table " +
+            "says.";
         return { nodes: [press.node, line(hint, "soft")], stop: press.stop };
     }
 

@@ -1,5 +1,5 @@
-// Lets the page of the tab open without a network: what comes from the network is kept, and what does
-// not come is taken from there. It needs no version: with a network the newest files count.
+// Lets the page of the tab open without a network: what comes from the network is kept, and what
+// does not come is taken from there. It needs no version: with a network the newest files count.
 const KEPT = "ocmc-page";
 const NAME = /"((?:\.\/)?[\w./-]+\.(?:js|css|svg|wasm))"/g;
 const HAS_NAMES = /html|javascript/;

@@ -283,7 +283,8 @@ export async function answerLoop(engine) {
     byId("where").textContent =
         engine.kind === "native"
             ? "Everything stays on this computer; a reload forgets what is set here."
-            : "It runs in this tab, without a network, too: no file leaves it; a reload forgets it.";
+            : "It runs in this tab, without a network, too: no file leaves it; " +
+              "a reload forgets it.";
     if (engine.kind !== "native") {
         byId("choose-hint").textContent =
             "Routes and tracks (GPX, CSV), tables of trips (CSV; save a workbook's sheet so), " +

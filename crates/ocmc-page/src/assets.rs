@@ -9,12 +9,12 @@ pub(crate) struct Asset {
     pub(crate) bytes: &'static [u8],
 }
 
-/// What says on the page which engine answers it: as the file lies there, one in the tab.
+/// Mark on the page that names its engine: as the file lies there, one in the tab.
 const ENGINE_OF_TAB: &str = r#"name="ocmc-engine" content="tab""#;
 const ENGINE_OF_PROGRAM: &str = r#"name="ocmc-engine" content="native""#;
 
 impl Asset {
-    /// What the browser gets: on the page itself this program is named as its engine.
+    /// Bytes that the browser gets: on the page itself this program is named as its engine.
     pub(crate) fn served(&self) -> Cow<'static, [u8]> {
         if self.kind != HTML {
             return Cow::Borrowed(self.bytes);

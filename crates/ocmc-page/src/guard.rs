@@ -1,4 +1,4 @@
-//! Whom the server answers: the page that it has served itself.
+//! Guard of the server, which answers only the page that it has served itself.
 //!
 //! Every program on a computer reaches the loopback, and any site that a browser shows may send
 //! requests there. A token in the address that nobody can guess keeps both out; `Host` and `Origin`
@@ -11,7 +11,7 @@ use std::net::SocketAddr;
 /// Bytes of a token.
 const TOKEN_BYTES: usize = 16;
 
-/// What a request has to bring.
+/// Requirements on a request.
 #[derive(Clone, Debug)]
 pub(crate) struct Guard {
     token: String,

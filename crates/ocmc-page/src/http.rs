@@ -137,7 +137,7 @@ impl Connection {
     }
 }
 
-/// What a page may load: what comes from here, and pictures that it makes itself.
+/// Policy on what a page may load: its own files, and pictures that it makes itself.
 const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; style-src 'self'; object-src \
                       'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 

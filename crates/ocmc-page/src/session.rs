@@ -1,4 +1,4 @@
-//! What a person has given to the page: files, in a folder of their own, and the questions that are
+//! Session of a person at the page: files, in a folder of their own, and the questions that are
 //! under way.
 
 use crate::http::Refusal;

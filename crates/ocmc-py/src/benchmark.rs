@@ -45,8 +45,8 @@ use std::path::PathBuf;
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc benchmark --json``: ``ratio``, ``levels`` with the ``members`` of those
-///     that differ beyond chance, ``adjusted_for``, ``compared``, ``far`` and others.
+///     The content of ``ocmc benchmark --json``: ``ratio``, ``levels`` with the ``members`` of
+///     those that differ beyond chance, ``adjusted_for``, ``compared``, ``far`` and others.
 ///
 /// Raises
 /// ------
@@ -70,8 +70,8 @@ use std::path::PathBuf;
         trips, study, *, columns=None, since=None, group=None, names=false, speed=true,
         cycles=3200, seed=None, threads=None, out=None, progress=None
     ),
-    text_signature = "(trips, study, *, columns=None, since=None, group=None, names=False, speed=True, \
-                      cycles=3200, seed=1, threads=None, out=None, progress=None)"
+    text_signature = "(trips, study, *, columns=None, since=None, group=None, names=False, \
+                      speed=True, cycles=3200, seed=1, threads=None, out=None, progress=None)"
 )]
 pub(crate) fn benchmark<'py>(
     py: Python<'py>,

@@ -35,8 +35,8 @@ use std::collections::BTreeMap;
 /// radius_range_m : tuple of float
 ///     Smallest and largest radius that take part, in m.
 /// least_lateral_mps2 : float
-///     Only curves with at least this lateral acceleration, speed squared over radius, take part, in
-///     m/s².
+///     Only curves with at least this lateral acceleration, speed squared over radius, take part,
+///     in m/s².
 /// progress : bool or callable, optional
 ///     Whether to show a bar; by default where standard error is a terminal.
 ///
@@ -75,8 +75,9 @@ use std::collections::BTreeMap;
         curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048,
         radius_range_m=(20.0, 500.0), least_lateral_mps2=0.0, progress=None
     ),
-    text_signature = "(curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048, \
-                      radius_range_m=(20.0, 500.0), least_lateral_mps2=0.0, progress=None)"
+    text_signature = "(curves, study, *, columns=None, drivers=240, trips=1, seed=1, \
+                      least_residual_sd=0.048, radius_range_m=(20.0, 500.0), \
+                      least_lateral_mps2=0.0, progress=None)"
 )]
 pub(crate) fn calibrate_curve_speed<'py>(
     py: Python<'py>,

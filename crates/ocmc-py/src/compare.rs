@@ -25,9 +25,9 @@ use std::path::PathBuf;
 /// first_cycle : int
 ///     Id of the first cycle.
 /// column : str, optional
-///     The quantity that is compared, such as ``"mean_speed_mps"``, or another column of the records
-///     that is a number, such as ``"fuel_kg_urban"``; by default the first consumption that both have:
-///     fuel, electricity, or the work at the wheels.
+///     The quantity that is compared, such as ``"mean_speed_mps"``, or another column of the
+///     records that is a number, such as ``"fuel_kg_urban"``; by default the first consumption that
+///     both have: fuel, electricity, or the work at the wheels.
 /// out : str or os.PathLike, optional
 ///     Directory for the runs of the studies (``a`` and ``b``), the values pair by pair, the
 ///     studies, ``comparison.json`` and a page. It has to be empty, and is made where it is not
@@ -51,8 +51,8 @@ use std::path::PathBuf;
 /// Raises
 /// ------
 /// ValueError
-///     Where a number is out of its range, where there is no such column, or where there are not two
-///     names.
+///     Where a number is out of its range, where there is no such column, or where there are not
+///     two names.
 ///
 /// Examples
 /// --------
@@ -65,10 +65,11 @@ use std::path::PathBuf;
 #[pyfunction]
 #[pyo3(
     signature = (
-        a, b, *, cycles, seed=None, first_cycle=None, column=None, out=None, format=None, names=None, threads=None, progress=None
+        a, b, *, cycles, seed=None, first_cycle=None, column=None, out=None, format=None,
+        names=None, threads=None, progress=None
     ),
-    text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, out=None, format=None, names=None, threads=None, \
-                      progress=None)"
+    text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, out=None, format=None, \
+                      names=None, threads=None, progress=None)"
 )]
 pub(crate) fn compare<'py>(
     py: Python<'py>,

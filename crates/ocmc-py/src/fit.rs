@@ -43,7 +43,8 @@ use std::collections::BTreeMap;
 ///     Take only curves that were driven freely. That is without another curve, a standstill or the
 ///     end of the log within this way, in m, and without a slower speed near them.
 /// least_lateral_mps2 : float
-///     Take only curves with at least this lateral acceleration, speed squared over radius, in m/s².
+///     Take only curves with at least this lateral acceleration, speed squared over radius, in
+///     m/s².
 /// fixed_exponent : float
 ///     Exponent of the second model, and the one that is tested.
 /// significance : float
@@ -86,9 +87,10 @@ use std::collections::BTreeMap;
 #[pyfunction]
 #[pyo3(
     signature = (
-        curves, *, columns=None, base=None, tobit=false, reference_radius_m=250.0, radius_range_m=(20.0, 500.0),
-        minimum_route_m=5000.0, isolated_m=None, least_lateral_mps2=0.0, fixed_exponent=0.5, significance=0.05,
-        limit_share=0.9, coding="sum_to_zero"
+        curves, *, columns=None, base=None, tobit=false, reference_radius_m=250.0,
+        radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, isolated_m=None,
+        least_lateral_mps2=0.0, fixed_exponent=0.5, significance=0.05, limit_share=0.9,
+        coding="sum_to_zero"
     ),
     text_signature = "(curves, *, columns=None, base=None, tobit=False, reference_radius_m=250.0, \
                       radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, isolated_m=None, \
@@ -187,8 +189,8 @@ pub(crate) fn fit_curve_speed<'py>(
 /// >>> study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
 #[pyfunction]
 #[pyo3(signature = (
-    table, *, columns=None, base=None, untruncated=false, window_s=2.0, smallest_acceleration_mps2=0.2,
-    smallest_deceleration_mps2=0.4
+    table, *, columns=None, base=None, untruncated=false, window_s=2.0,
+    smallest_acceleration_mps2=0.2, smallest_deceleration_mps2=0.4
 ))]
 pub(crate) fn fit_speed_change<'py>(
     py: Python<'py>,
@@ -282,8 +284,9 @@ pub(crate) fn fit_speed_change<'py>(
 /// (20, ['motorway', 'rural', 'urban'])
 #[pyfunction]
 #[pyo3(signature = (
-    cycles, *, columns=None, base=None, radius_range_m=None, road_type=None, altitude_average_m=200.0,
-    mission_stop_s=300.0, split_ratio=None, steering_ratio=None, wheelbase_m=None
+    cycles, *, columns=None, base=None, radius_range_m=None, road_type=None,
+    altitude_average_m=200.0, mission_stop_s=300.0, split_ratio=None, steering_ratio=None,
+    wheelbase_m=None
 ))]
 pub(crate) fn fit_operating_cycle<'py>(
     py: Python<'py>,
@@ -337,18 +340,18 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 /// Parameters
 /// ----------
 /// records : table, str or os.PathLike
-///     One row a trip: ``truck_id`` (or ``truck``, ``vehicle_id``), and where known ``driver_id`` (or
-///     ``driver``) and ``outcome``. Any table that speaks Arrow, a dictionary of columns, a file, or
-///     the directory of a run.
+///     One row a trip: ``truck_id`` (or ``truck``, ``vehicle_id``), and where known ``driver_id``
+///     (or ``driver``) and ``outcome``. Any table that speaks Arrow, a dictionary of columns, a
+///     file, or the directory of a run.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"truck": "plate"}``.
 /// column : str, optional
 ///     The column that is compared; by default ``consumption_l_per_100km``, or where no trip has
 ///     one, ``consumption_kwh_per_km``.
 /// weight : str, optional
-///     The column that says how much a trip counts, such as ``distance_m``: the variance of a trip is
-///     inverse to it. ``"none"``: each counts once; by default the distance, where it is there and
-///     the column is an amount over the distance.
+///     The column that says how much a trip counts, such as ``distance_m``: the variance of a trip
+///     is inverse to it. ``"none"``: each counts once; by default the distance, where it is there
+///     and the column is an amount over the distance.
 /// own_drivers : bool
 ///     Drivers are numbered within each truck.
 /// month : bool
@@ -382,8 +385,8 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 ///
 /// Notes
 /// -----
-/// y = mean + truck + driver + trip, by restricted maximum likelihood: Bates, Mächler, Bolker, Walker
-/// (2015).
+/// y = mean + truck + driver + trip, by restricted maximum likelihood: Bates, Mächler, Bolker,
+/// Walker (2015).
 ///
 /// Examples
 /// --------
@@ -404,7 +407,8 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
         differ=0.01, power=0.8, next_trips=None, best="lowest", draws=None, seed=None
     ),
     text_signature = "(records, *, columns=None, column=None, weight=None, own_drivers=False, \
-                      month=False, differ=0.01, power=0.8, next_trips=None, best='lowest', draws=4000, seed=1)"
+                      month=False, differ=0.01, power=0.8, next_trips=None, best='lowest', \
+                      draws=4000, seed=1)"
 )]
 pub(crate) fn fit_fleet<'py>(
     py: Python<'py>,

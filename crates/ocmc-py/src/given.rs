@@ -1,4 +1,4 @@
-//! What is driven in place of a study's roads, from arguments.
+//! Drives in place of a study's roads, from arguments.
 
 use crate::answer::warn;
 use crate::error::exception;
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// What is to be driven.
+/// Drive from arguments.
 pub(crate) fn given(
     py: Python,
     files: &Bound<PyAny>,

@@ -29,13 +29,14 @@ pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Source> {
         let (names, columns) = mapping(table, argument)?;
         (names, vec![columns])
     } else {
-        let allowed = "a path, a table that speaks Arrow (pandas, polars, pyarrow, duckdb) or a dictionary of columns";
+        let allowed = "a path, a table that speaks Arrow (pandas, polars, pyarrow, duckdb) or a \
+                       dictionary of columns";
         return Err(wrong_type(table, argument, allowed));
     };
     Ok(Source::Table(GivenTable::new(argument, names, pieces)))
 }
 
-/// What a user says that columns are.
+/// Mappings of columns as a user states them.
 pub(crate) fn mappings(columns: Option<BTreeMap<String, String>>) -> PyResult<Vec<Mapping>> {
     let mappings = Mapping::of_columns(&columns.unwrap_or_default());
     mappings.map_err(|error| exception(error.into()))
@@ -121,9 +122,9 @@ fn mapping(table: &Bound<PyAny>, argument: &str) -> PyResult<(Vec<String>, Vec<A
     Ok((names, columns))
 }
 
-/// A column of a mapping: times of whatever speaks Arrow as they are, with their zone, numbers where
-/// numpy sees numbers, otherwise texts, and dates as texts. None where it is no column. A copy, since
-/// Python may write into an array at any time.
+/// A column of a mapping: times of whatever speaks Arrow as they are, with their zone, numbers
+/// where numpy sees numbers, otherwise texts, and dates as texts. None where it is no column. A
+/// copy, since Python may write into an array at any time.
 fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
     if let Some(times) = times(column) {
         return Some(times);

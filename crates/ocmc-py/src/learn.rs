@@ -15,8 +15,8 @@ use std::path::PathBuf;
 /// Parameters
 /// ----------
 /// folder : str or os.PathLike
-///     Folder with tables of trips or fills, logs and tracks, tables of weather, traffic, curves and
-///     speed changes; what each file is, its columns say.
+///     Folder with tables of trips or fills, logs and tracks, tables of weather, traffic, curves
+///     and speed changes; what each file is, its columns say.
 /// base : str
 ///     Name of a built-in study, or a study file, that keeps what is not learnt.
 /// name : str
@@ -65,11 +65,12 @@ use std::path::PathBuf;
 #[pyfunction]
 #[pyo3(
     signature = (
-        folder, *, base="field-truck", name="my-fleet", columns=None, hold_back=0.2, amount_noise=0.03,
-        weight_noise=0.05, seed=None, threads=None, page=None, progress=None
+        folder, *, base="field-truck", name="my-fleet", columns=None, hold_back=0.2,
+        amount_noise=0.03, weight_noise=0.05, seed=None, threads=None, page=None, progress=None
     ),
-    text_signature = "(folder, *, base='field-truck', name='my-fleet', columns=None, hold_back=0.2, \
-                      amount_noise=0.03, weight_noise=0.05, seed=1, threads=None, page=None, progress=None)"
+    text_signature = "(folder, *, base='field-truck', name='my-fleet', columns=None, \
+                      hold_back=0.2, amount_noise=0.03, weight_noise=0.05, seed=1, threads=None, \
+                      page=None, progress=None)"
 )]
 pub(crate) fn learn<'py>(
     py: Python<'py>,

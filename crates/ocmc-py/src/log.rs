@@ -80,15 +80,16 @@ const MOST_STARTS: u64 = 4096;
 /// --------
 /// >>> import numpy as np, ocmc
 /// >>> time = np.arange(0.0, 60.0, 0.1)
-/// >>> yaw_rate = np.where((time > 20) & (time < 30), 10.0 / 100.0, 0.0)  # 10 m/s, a radius of 100 m
+/// >>> turns = (time > 20) & (time < 30)  # at 10 m/s, with a radius of 100 m
+/// >>> yaw_rate = np.where(turns, 10.0 / 100.0, 0.0)
 /// >>> log = {"time_s": time, "speed_mps": np.full(time.size, 10.0), "yaw_rate_radps": yaw_rate}
 /// >>> curves = ocmc.detect_curves(log, gyro_bias_radps=0.0)
 /// >>> curves["direction"].tolist(), curves["radius_m"].round().tolist()
 /// (['left'], [100.0])
 #[pyfunction]
 #[pyo3(signature = (
-    log, *, columns=None, detector="hidden_markov", radius="turn", central_share=None, split_ratio=None,
-    gyro_bias_radps=None, speed_lag_s=None, steering_ratio=None, wheelbase_m=None
+    log, *, columns=None, detector="hidden_markov", radius="turn", central_share=None,
+    split_ratio=None, gyro_bias_radps=None, speed_lag_s=None, steering_ratio=None, wheelbase_m=None
 ))]
 pub(crate) fn detect_curves(
     py: Python,
@@ -191,8 +192,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     The content of ``ocmc identify --json``: ``fits`` with ``driver``, ``event``, ``kp`` (s/m),
 ///     ``ki`` (1/m), ``kd`` (s²/m),
 ///     ``set_speed_mps``, ``at_bound``, ``not_identifiable``, ``no_intervals`` (why there are none:
-///     residuals that are not the noise of sensors), ``warnings`` and others; ``trucks`` (the mass by all
-///     events of a log); ``population``, of three drivers or more; ``left_out``, and
+///     residuals that are not the noise of sensors), ``warnings`` and others; ``trucks`` (the mass
+///     by all events of a log); ``population``, of three drivers or more; ``left_out``, and
 ///     ``notes`` on rows that are not used.
 ///
 /// Raises
@@ -224,7 +225,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// >>> study = ocmc.Study("simulator-slopes")
 /// >>> trace = study.trace(0)
 /// >>> names = ["time_s", "speed_mps", "accelerator", "brake", "grade", "gear"]
-/// >>> log = {name: trace[name][2400:3200] for name in names} | {"driver": ["a"] * 800, "event": ["up"] * 800}
+/// >>> log = {name: trace[name][2400:3200] for name in names}
+/// >>> log |= {"driver": ["a"] * 800, "event": ["up"] * 800}
 /// >>> import warnings
 /// >>> with warnings.catch_warnings():
 /// ...     warnings.simplefilter("ignore")  # a short piece of a trace leaves much open
@@ -234,11 +236,12 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 #[pyfunction]
 #[pyo3(
     signature = (
-        logs, study, *, columns=None, controller="pid", speed_term="none", unknown=None, starts=None, kp=None,
-        ki=None, kd=None, intervals=true, progress=None
+        logs, study, *, columns=None, controller="pid", speed_term="none", unknown=None,
+        starts=None, kp=None, ki=None, kd=None, intervals=true, progress=None
     ),
-    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', unknown=None, starts=8, \
-                      kp=(0.01, 2.0), ki=(0.0001, 0.2), kd=(0.0, 2.0), intervals=True, progress=None)"
+    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', \
+                      unknown=None, starts=8, kp=(0.01, 2.0), ki=(0.0001, 0.2), kd=(0.0, 2.0), \
+                      intervals=True, progress=None)"
 )]
 pub(crate) fn identify<'py>(
     py: Python<'py>,

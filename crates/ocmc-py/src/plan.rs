@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 /// Most trips of a truck.
 const MOST_TRIPS: u64 = 1_000_000;
 
-/// Which cycles to run, and on what.
+/// Cycles to run, and the number of threads.
 pub(crate) fn plan_of(
     cycles: &Bound<PyAny>,
     seed: Option<&Bound<PyAny>>,

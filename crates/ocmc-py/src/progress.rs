@@ -11,11 +11,11 @@ use std::time::{Duration, Instant};
 /// Time between two looks.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// What looks after something.
+/// Observer of work.
 struct Watch {
-    /// What the user asked for.
+    /// Argument of the user.
     asked: Option<Py<PyAny>>,
-    /// What ``ocmc._progress.progress`` made of it.
+    /// Bar that ``ocmc._progress.progress`` made of it.
     bar: Option<Py<PyAny>>,
     progress: Progress,
     looked: Instant,

@@ -1,4 +1,4 @@
-//! What is asked of studies: the methods of `ocmc.Study`.
+//! Questions to studies: the methods of `ocmc.Study`.
 
 use crate::answer::answer;
 use crate::calibrate::totals;
@@ -22,7 +22,8 @@ use pyo3::types::{PyDict, PyType};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// What a study is made from again: its class, its dictionary, and whether it may name files.
+/// Parts from which a study is made again: its class, its dictionary, and whether it may name
+/// files.
 type Pickled<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, bool));
 
 #[pymethods]
@@ -166,11 +167,12 @@ impl PyStudy {
     /// array([0, 0, 1, 3], dtype=uint64)
     #[pyo3(
         signature = (
-            *, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None, precision=None,
-            out=None, resume=false, format=None, progress=None
+            *, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None,
+            precision=None, out=None, resume=false, format=None, progress=None
         ),
-        text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, threads=None, \
-                          precision=None, out=None, resume=False, format=None, progress=None)"
+        text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, \
+                          threads=None, precision=None, out=None, resume=False, format=None, \
+                          progress=None)"
     )]
     fn run(
         &self,
@@ -196,13 +198,13 @@ impl PyStudy {
     /// Parameters
     /// ----------
     /// files : str or os.PathLike, or a list of these, or table
-    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows, a CSV
-    ///     file or one table with ``position_m`` or ``latitude`` and ``longitude``,
-    ///     ``speed_limit_kmh``, ``altitude_m`` and others; of several files, each cycle drives one. With
-    ///     `follow_speed` one drive cycle over time, a CSV file or a table with ``time_s`` or a column
-    ///     of dates, ``speed_mps`` or ``speed_kmh``, and ``slope`` or ``grade``; or, with ``"exact"``,
-    ///     a route. Tables are whatever speaks Arrow (pandas, polars, pyarrow, duckdb), or a dictionary
-    ///     of columns.
+    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows,
+    ///     a CSV file or one table with ``position_m`` or ``latitude`` and ``longitude``,
+    ///     ``speed_limit_kmh``, ``altitude_m`` and others; of several files, each cycle drives one.
+    ///     With `follow_speed` one drive cycle over time, a CSV file or a table with ``time_s`` or
+    ///     a column of dates, ``speed_mps`` or ``speed_kmh``, and ``slope`` or ``grade``; or, with
+    ///     ``"exact"``, a route. Tables are whatever speaks Arrow (pandas, polars, pyarrow,
+    ///     duckdb), or a dictionary of columns.
     /// cycles : int
     ///     Number of cycles, at least 1.
     /// columns : dict of str to str, optional
@@ -213,8 +215,8 @@ impl PyStudy {
     ///     Parts that are drawn from the study's laws of each road type, anew in each cycle, where
     ///     the file of a route lacks them. What the file has stays.
     /// stop_plan : str or os.PathLike, optional
-    ///     A table with the stop plan that is driven on the route: places by kilometre or coordinates,
-    ///     dwells, loads and the departure.
+    ///     A table with the stop plan that is driven on the route: places by kilometre or
+    ///     coordinates, dwells, loads and the departure.
     /// follow_speed : {"driver", "exact"}, optional
     ///     A driver of the study drives the speeds as limits along the road and stops where it
     ///     stands. Or there is no driver, and the speed is kept exactly. Of a route, ``"exact"``
@@ -245,9 +247,9 @@ impl PyStudy {
     /// Warns
     /// -----
     /// UserWarning
-    ///     Where the mission of a file is kept that holds no departure, and where a route is hardly a
-    ///     road, such as one of noisy positions. `Run.routes` has what was read of each file; where
-    ///     there is a progress bar, it is told on standard error, too.
+    ///     Where the mission of a file is kept that holds no departure, and where a route is hardly
+    ///     a road, such as one of noisy positions. `Run.routes` has what was read of each file;
+    ///     where there is a progress bar, it is told on standard error, too.
     ///
     /// Examples
     /// --------
@@ -262,9 +264,11 @@ impl PyStudy {
     /// 10
     #[pyo3(
         signature = (
-            files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
+            files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None,
+            follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
         ),
-        text_signature = "($self, files, *, cycles, columns=None, keep=None, draw=None, stop_plan=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
+        text_signature = "($self, files, *, cycles, columns=None, keep=None, draw=None, \
+                          stop_plan=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
                           progress=None)"
     )]
     fn drive(
@@ -288,7 +292,7 @@ impl PyStudy {
         Ok(PyRun { routes, ..run(py, &self.loaded, &given, plan, None, None, progress)? })
     }
 
-    /// Which factors the spread between cycles comes from: shares of the variance.
+    /// Shares of the variance between cycles by factor.
     ///
     /// Parameters
     /// ----------
@@ -310,8 +314,8 @@ impl PyStudy {
     /// shapley : bool
     ///     Shares of the six factors that add up to one, too, for 64 more cycles a row.
     /// out : str or os.PathLike, optional
-    ///     Directory for the design, the study, ``sensitivity.json`` and a page; it has to be empty,
-    ///     and is made where it is not there.
+    ///     Directory for the design, the study, ``sensitivity.json`` and a page; it has to be
+    ///     empty, and is made where it is not there.
     /// threads : int, optional
     ///     Threads to use, one for each CPU by default.
     /// progress : bool or callable, optional
@@ -344,11 +348,12 @@ impl PyStudy {
     /// ['road', 'driver']
     #[pyo3(
         signature = (
-            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None, crossed=None,
-            shapley=false, out=None, threads=None, progress=None
+            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None,
+            crossed=None, shapley=false, out=None, threads=None, progress=None
         ),
-        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, over='trip', \
-                          crossed=None, shapley=False, out=None, threads=None, progress=None)"
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, \
+                          over='trip', crossed=None, shapley=False, out=None, threads=None, \
+                          progress=None)"
     )]
     fn sensitivity<'py>(
         &self,
@@ -429,8 +434,8 @@ impl PyStudy {
         answer(py, &watched(py, progress, |watch| ocmc_api::bound(&request, watch))?)
     }
 
-    /// What the answer owes to numbers that are judged: each is driven at both ends of its plausible
-    /// range, on the same cycles.
+    /// Contribution of judged numbers to the answer's uncertainty: each is driven at both ends of
+    /// its plausible range, on the same cycles.
     ///
     /// Parameters
     /// ----------
@@ -479,8 +484,8 @@ impl PyStudy {
             *, cycles, against=None, seed=None, first_cycle=None, column=None, out=None,
             threads=None, progress=None
         ),
-        text_signature = "($self, *, cycles, against=None, seed=1, first_cycle=0, column=None, out=None, \
-                          threads=None, progress=None)"
+        text_signature = "($self, *, cycles, against=None, seed=1, first_cycle=0, column=None, \
+                          out=None, threads=None, progress=None)"
     )]
     fn doubt<'py>(
         &self,
@@ -504,17 +509,17 @@ impl PyStudy {
         answer(py, &found)
     }
 
-    /// Values of the study's keys, in a grid or one by one, on the same cycles: the mean of each point,
-    /// and how it differs from the first one.
+    /// Values of the study's keys, in a grid or one by one, on the same cycles: the mean of each
+    /// point, and how it differs from the first one.
     ///
     /// Parameters
     /// ----------
     /// points : dict of str to list, list of dict, table, str or os.PathLike
-    ///     A dictionary from keys to lists of values is a grid: the last key goes through its values
-    ///     first, and a key with one value holds for all points. A list of dictionaries has the points
-    ///     one by one, as does a table, or its file, whose columns are keys and whose rows are points.
-    ///     What a point lacks is as in the study. Values are in the unit of their key, 1000 points at
-    ///     most.
+    ///     A dictionary from keys to lists of values is a grid: the last key goes through its
+    ///     values first, and a key with one value holds for all points. A list of dictionaries has
+    ///     the points one by one, as does a table, or its file, whose columns are keys and whose
+    ///     rows are points. What a point lacks is as in the study. Values are in the unit of their
+    ///     key, 1000 points at most.
     /// cycles : int
     ///     Number of cycles that each point drives, at least 1.
     /// against : {"first", "base"}
@@ -534,16 +539,17 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc sweep --json``: ``points``, each with its ``values``, its ``mean`` with
-    ///     its 95 % interval ``ci95``, its ``difference`` with ``difference_ci95``, and
-    ///     ``share_not_completed``, in the unit of ``column``. ``pandas.json_normalize`` makes a data
-    ///     frame of ``points``.
+    ///     The content of ``ocmc sweep --json``: ``points``, each with its ``values``, its ``mean``
+    ///     with its 95 % interval ``ci95``, its ``difference`` with ``difference_ci95``, and
+    ///     ``share_not_completed``, in the unit of ``column``. ``pandas.json_normalize`` makes a
+    ///     data frame of ``points``.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     Before anything is driven, where a point is no study, two are the same, or there is nothing
-    ///     to compare; where a number is out of its range, or where there is no such column.
+    ///     Before anything is driven, where a point is no study, two are the same, or there is
+    ///     nothing to compare; where a number is out of its range, or where there is no such
+    ///     column.
     ///
     /// Examples
     /// --------
@@ -559,8 +565,8 @@ impl PyStudy {
             points, *, cycles, against="first", seed=None, first_cycle=None, column=None,
             threads=None, progress=None
         ),
-        text_signature = "($self, points, *, cycles, against='first', seed=1, first_cycle=0, column=None, \
-                          threads=None, progress=None)"
+        text_signature = "($self, points, *, cycles, against='first', seed=1, first_cycle=0, \
+                          column=None, threads=None, progress=None)"
     )]
     fn sweep<'py>(
         &self,
@@ -584,8 +590,8 @@ impl PyStudy {
     /// ----------
     /// trips : table, str or os.PathLike
     ///     One row a trip: ``distance_km``, ``fuel_l`` or ``energy_kwh``, and where known
-    ///     ``gross_weight_kg``, ``driving_time_h``, ``climb_m``, ``truck``, ``driver``; or one row a
-    ///     fill: ``truck``, ``odometer_km``, ``litres``, ``full``.
+    ///     ``gross_weight_kg``, ``driving_time_h``, ``climb_m``, ``truck``, ``driver``; or one row
+    ///     a fill: ``truck``, ``odometer_km``, ``litres``, ``full``.
     /// columns : dict of str to str, optional
     ///     Which column is what, such as ``{"fuel_amount_l": "diesel"}``.
     /// amount_noise : float
@@ -625,8 +631,8 @@ impl PyStudy {
     #[pyo3(
         signature = (trips, *, columns=None, amount_noise=0.03, weight_noise=0.05, seed=None,
                      threads=None, progress=None),
-        text_signature = "($self, trips, *, columns=None, amount_noise=0.03, weight_noise=0.05, seed=1, \
-                          threads=None, progress=None)"
+        text_signature = "($self, trips, *, columns=None, amount_noise=0.03, weight_noise=0.05, \
+                          seed=1, threads=None, progress=None)"
     )]
     fn calibrate_totals<'py>(
         &self,
@@ -669,11 +675,11 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc cost --json``, in the study's currency: ``items`` and ``total`` with
-    ///     their costs ``per_trip``, ``all_trips``, ``per_km``, ``per_tkm``, ``per_a`` (year)
-    ///     and ``whole_life``; ``fleet``, the cost of trucks that make several trips;
-    ///     ``spread`` over states of the world; ``inputs``, the shares of its variance;
-    ///     ``emissions``. With `against` these of ``a`` and of ``b``, and their ``difference``.
+    ///     The content of ``ocmc cost --json``, in the study's currency: ``items`` and ``total``
+    ///     with their costs ``per_trip``, ``all_trips``, ``per_km``, ``per_tkm``, ``per_a`` (year)
+    ///     and ``whole_life``; ``fleet``, the cost of trucks that make several trips; ``spread``
+    ///     over states of the world; ``inputs``, the shares of its variance; ``emissions``. With
+    ///     `against` these of ``a`` and of ``b``, and their ``difference``.
     ///
     /// Raises
     /// ------
@@ -691,9 +697,12 @@ impl PyStudy {
     /// >>> [item["item"] for item in answer["items"]]
     /// ['fuel', 'driver']
     #[pyo3(
-        signature = (*, cycles=None, trucks=None, trips=None, against=None, seed=None, first_cycle=None, threads=None, progress=None),
-        text_signature = "($self, *, cycles=None, trucks=None, trips=None, against=None, seed=1, first_cycle=0, threads=None, \
-                          progress=None)"
+        signature = (
+            *, cycles=None, trucks=None, trips=None, against=None, seed=None, first_cycle=None,
+            threads=None, progress=None
+        ),
+        text_signature = "($self, *, cycles=None, trucks=None, trips=None, against=None, seed=1, \
+                          first_cycle=0, threads=None, progress=None)"
     )]
     fn cost<'py>(
         &self,
@@ -746,8 +755,8 @@ impl PyStudy {
     /// Raises
     /// ------
     /// ValueError
-    ///     Where a number is out of its range, where `coached` is no part of a study, or where fewer
-    ///     than two drivers complete a trip.
+    ///     Where a number is out of its range, where `coached` is no part of a study, or where
+    ///     fewer than two drivers complete a trip.
     ///
     /// Examples
     /// --------
@@ -757,8 +766,11 @@ impl PyStudy {
     /// >>> answer["drivers"], answer["chosen"]
     /// (20, 4)
     #[pyo3(
-        signature = (*, trucks, trips=None, share=0.2, coached=None, seed=None, threads=None, progress=None),
-        text_signature = "($self, *, trucks, trips=None, share=0.2, coached=None, seed=1, threads=None, progress=None)"
+        signature = (
+            *, trucks, trips=None, share=0.2, coached=None, seed=None, threads=None, progress=None
+        ),
+        text_signature = "($self, *, trucks, trips=None, share=0.2, coached=None, seed=1, \
+                          threads=None, progress=None)"
     )]
     fn training<'py>(
         &self,
@@ -785,8 +797,8 @@ impl PyStudy {
 
     /// How far battery trucks come: which share arrives, by length of the trip, season and payload.
     ///
-    /// Trips are made long enough to empty the battery, without charging on the way. On given routes,
-    /// which keep their lengths, a trip that arrives tells only that the range is longer.
+    /// Trips are made long enough to empty the battery, without charging on the way. On given
+    /// routes, which keep their lengths, a trip that arrives tells only that the range is longer.
     ///
     /// Parameters
     /// ----------
@@ -816,7 +828,8 @@ impl PyStudy {
     /// Examples
     /// --------
     /// >>> import ocmc
-    /// >>> study = ocmc.Study("battery-truck").set("vehicle.powertrain.battery_electric.battery.capacity_j", 1.8e8)
+    /// >>> capacity = "vehicle.powertrain.battery_electric.battery.capacity_j"
+    /// >>> study = ocmc.Study("battery-truck").set(capacity, 1.8e8)
     /// >>> answer = study.range(cycles=20)
     /// >>> answer["trips"], answer["depleted"], answer["curve"][0]["share"]
     /// (20, 20, 1.0)
@@ -840,8 +853,8 @@ impl PyStudy {
 
     /// How large a battery has to be for shares of the trips to arrive.
     ///
-    /// Sizes are tried on the same trips, by bisection. Batteries differ in energy, and in mass where
-    /// `kg_per_kwh` is given.
+    /// Sizes are tried on the same trips, by bisection. Batteries differ in energy, and in mass
+    /// where `kg_per_kwh` is given.
     ///
     /// Parameters
     /// ----------
@@ -866,8 +879,8 @@ impl PyStudy {
     /// -------
     /// Answer
     ///     The content of ``ocmc size --json``: ``sizes``, for each share ``capacity_j`` and its
-    ///     95 % interval ``ci95_j``, in J, None where no battery is enough or the trips are too few.
-    ///     ``tried`` are the sizes that were tried with the ``share`` that arrives.
+    ///     95 % interval ``ci95_j``, in J, None where no battery is enough or the trips are too
+    ///     few. ``tried`` are the sizes that were tried with the ``share`` that arrives.
     ///
     /// Raises
     /// ------
@@ -882,8 +895,12 @@ impl PyStudy {
     /// >>> half["capacity_j"] < most["capacity_j"]
     /// True
     #[pyo3(
-        signature = (*, cycles, arrive=None, kg_per_kwh=0.0, season=None, seed=None, first_cycle=None, threads=None, progress=None),
-        text_signature = "($self, *, cycles, arrive=0.95, kg_per_kwh=0.0, season=None, seed=1, first_cycle=0, threads=None, progress=None)"
+        signature = (
+            *, cycles, arrive=None, kg_per_kwh=0.0, season=None, seed=None, first_cycle=None,
+            threads=None, progress=None
+        ),
+        text_signature = "($self, *, cycles, arrive=0.95, kg_per_kwh=0.0, season=None, seed=1, \
+                          first_cycle=0, threads=None, progress=None)"
     )]
     fn size<'py>(
         &self,
@@ -915,8 +932,8 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc study diff --json``: ``differences`` with ``key``, ``a``, ``b`` and
-    ///     ``ratio`` of each, and others.
+    ///     The content of ``ocmc study diff --json``: ``differences`` with ``key``, ``a``, ``b``
+    ///     and ``ratio`` of each, and others.
     ///
     /// Examples
     /// --------
@@ -941,8 +958,8 @@ impl PyStudy {
     /// first_cycle : int
     ///     Id of the first cycle.
     /// laws : bool
-    ///     Draw no road: the classes of infinitely many, by the laws of the study. The other numbers
-    ///     count for nothing then.
+    ///     Draw no road: the classes of infinitely many, by the laws of the study. The other
+    ///     numbers count for nothing then.
     ///
     /// Returns
     /// -------

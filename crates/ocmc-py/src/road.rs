@@ -68,9 +68,9 @@ fn trips_of(
 /// Returns
 /// -------
 /// Answer
-///     ``roads``, one for each piece of a drive, with ``name``, ``length_m``, ``curves``, ``stops``,
-///     ``climb_m``, ``limit_source`` and ``tracks``: written as JSON, each of them is a file that
-///     `Study.drive` takes. ``left_out`` counts drives that gave none.
+///     ``roads``, one for each piece of a drive, with ``name``, ``length_m``, ``curves``,
+///     ``stops``, ``climb_m``, ``limit_source`` and ``tracks``: written as JSON, each of them is a
+///     file that `Study.drive` takes. ``left_out`` counts drives that gave none.
 ///
 /// Raises
 /// ------
@@ -100,8 +100,8 @@ fn trips_of(
 /// (999, 'column')
 #[pyfunction]
 #[pyo3(signature = (
-    logs, *, columns=None, limit_mps=None, road_type=None, stops=true, split_ratio=None, steering_ratio=None,
-    wheelbase_m=None
+    logs, *, columns=None, limit_mps=None, road_type=None, stops=true, split_ratio=None,
+    steering_ratio=None, wheelbase_m=None
 ))]
 pub(crate) fn road<'py>(
     py: Python<'py>,
@@ -192,7 +192,8 @@ pub(crate) fn road<'py>(
 /// Examples
 /// --------
 /// >>> import ocmc
-/// >>> study = ocmc.Study("passenger-car").set("mission.length_m", 3000.0).set("simulation.step_s", 0.5)
+/// >>> study = ocmc.Study("passenger-car").set("mission.length_m", 3000.0)
+/// >>> study = study.set("simulation.step_s", 0.5)
 /// >>> trace = study.trace(3, seed=7)
 /// >>> names = ["time_s", "speed_mps", "position_m", "yaw_rate_radps", "limit_mps", "grade"]
 /// >>> log = {name: trace[name] for name in names}
@@ -204,13 +205,14 @@ pub(crate) fn road<'py>(
 #[pyfunction]
 #[pyo3(
     signature = (
-        logs, study, *, road=None, trips=None, seed=None, columns=None, keep=None, limit_mps=None, road_type=None,
-        stops=true, split_ratio=None, steering_ratio=None, wheelbase_m=None, run_in_m=None, out=None, threads=None,
-        progress=None
+        logs, study, *, road=None, trips=None, seed=None, columns=None, keep=None, limit_mps=None,
+        road_type=None, stops=true, split_ratio=None, steering_ratio=None, wheelbase_m=None,
+        run_in_m=None, out=None, threads=None, progress=None
     ),
-    text_signature = "(logs, study, *, road=None, trips=2000, seed=1, columns=None, keep=None, limit_mps=None, \
-                      road_type=None, stops=True, split_ratio=None, steering_ratio=None, wheelbase_m=None, \
-                      run_in_m=500.0, out=None, threads=None, progress=None)"
+    text_signature = "(logs, study, *, road=None, trips=2000, seed=1, columns=None, keep=None, \
+                      limit_mps=None, road_type=None, stops=True, split_ratio=None, \
+                      steering_ratio=None, wheelbase_m=None, run_in_m=500.0, out=None, \
+                      threads=None, progress=None)"
 )]
 pub(crate) fn validate<'py>(
     py: Python<'py>,

@@ -46,11 +46,11 @@ use std::path::PathBuf;
 pub(crate) struct PyRun {
     pub(crate) answer: RunAnswer,
     pub(crate) records: Table,
-    /// What was read of the routes that were driven.
+    /// Accounts of the routes that were driven.
     pub(crate) routes: Vec<Account>,
 }
 
-/// What `unpickled` makes a run of.
+/// Parts of which `unpickled` makes a run.
 type Pickled<'py> = (String, f64, usize, String, Bound<'py, PyBytes>, Vec<u8>);
 
 /// Records on their way into a table: batches of as many rows as a file has in a group.
@@ -108,8 +108,8 @@ pub(crate) fn run(
 /// Most cycles that are driven where nothing is said of their number.
 const MOST_UNSAID: u64 = 1_000_000;
 
-/// Drives what `Study.run` is asked for: cycles, trucks, trips of each, seed, first cycle and threads;
-/// where to, whether that is resumed, and in which format.
+/// Drives what `Study.run` is asked for: cycles, trucks, trips of each, seed, first cycle and
+/// threads; where to, whether that is resumed, and in which format.
 pub(crate) fn asked(
     py: Python,
     study: &LoadedStudy,
@@ -202,7 +202,8 @@ pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     Ok(PyRun { answer, records: table_of(batches, schema), routes: Vec::new() })
 }
 
-/// Merge the parts of one run, from many machines, into the run that one machine would have written.
+/// Merge the parts of one run, from many machines, into the run that one machine would have
+/// written.
 ///
 /// Parameters
 /// ----------
@@ -331,19 +332,21 @@ impl PyRun {
     /// Load curves as one table: a row for each kind of chargers and quarter of an hour of the day,
     /// as ``loads.parquet`` has them.
     ///
-    /// Mean, median and 95 % quantile of the power are over the days of the fleet's calendar; without
-    /// one all trips of the run lie in one year. None where no trip was charged by a policy.
+    /// Mean, median and 95 % quantile of the power are over the days of the fleet's calendar;
+    /// without one all trips of the run lie in one year. None where no trip was charged by a
+    /// policy.
     ///
     /// Returns
     /// -------
     /// Table or None
-    ///     ``place`` (``depot``, ``public``, ``stop``), ``quarter_hour`` (from 0 at midnight), powers in W
-    ///     at the meter, and ``days``.
+    ///     ``place`` (``depot``, ``public``, ``stop``), ``quarter_hour`` (from 0 at midnight),
+    ///     powers in W at the meter, and ``days``.
     ///
     /// Examples
     /// --------
     /// >>> import ocmc
-    /// >>> loads = ocmc.Study("electric-regional").set("mission.length_m", 20e3).run(cycles=40).loads()
+    /// >>> study = ocmc.Study("electric-regional").set("mission.length_m", 20e3)
+    /// >>> loads = study.run(cycles=40).loads()
     /// >>> len(loads), loads["place"][0]
     /// (96, np.str_('depot'))
     fn loads(&self) -> Option<Table> {
@@ -354,8 +357,9 @@ impl PyRun {
 
     /// Each charging of each trip as one table, as ``chargings.parquet`` has them.
     ///
-    /// Times are in s after the departure, but for ``begin_s_of_year``; energies are in J, of the store
-    /// (``charged_energy_j``) and of the meter (``grid_energy_j``), the highest power at the meter in W.
+    /// Times are in s after the departure, but for ``begin_s_of_year``; energies are in J, of the
+    /// store (``charged_energy_j``) and of the meter (``grid_energy_j``), the highest power at the
+    /// meter in W.
     ///
     /// Returns
     /// -------
@@ -374,10 +378,10 @@ impl PyRun {
         table_of(batches, || ocmc_api::chargings_batch(&[]).schema())
     }
 
-    /// What was read of each route that `Study.drive` was given: ``file``, ``length_m``, ``climb_m``,
+    /// Account of each route that `Study.drive` was given: ``file``, ``length_m``, ``climb_m``,
     /// ``steepest_grade``, ``n_curves``, ``n_stops``, ``limits_mps`` (none where they are drawn),
-    /// ``position_noise_m``, ``altitude_noise_m``, the same in words (``told``), and what of it is hardly a road
-    /// (``warnings``). Empty of other runs, and of one that was saved or pickled.
+    /// ``position_noise_m``, ``altitude_noise_m``, the same in words (``told``), and what of it is
+    /// hardly a road (``warnings``). Empty of other runs, and of one that was saved or pickled.
     #[getter]
     fn routes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = serde_json::to_string(&self.routes).expect("numbers and words");
@@ -447,8 +451,8 @@ impl PyRun {
         })
     }
 
-    /// Write a workbook for spreadsheets (XLSX), as ``ocmc report --xlsx`` does. An existing file is
-    /// replaced.
+    /// Write a workbook for spreadsheets (XLSX), as ``ocmc report --xlsx`` does. An existing file
+    /// is replaced.
     ///
     /// The sheets are the answer, the quantities by route where there are several, the trucks where
     /// trips belong to trucks, the records with a row for each cycle, and the study. Numbers are

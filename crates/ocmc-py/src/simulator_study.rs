@@ -59,11 +59,11 @@ const REPETITIONS: u64 = 40;
 #[pyfunction]
 #[pyo3(
     signature = (
-        study, *, repetitions=None, seed=None, gains=true, speed_term="simulated", out=None, threads=None,
-        progress=None
+        study, *, repetitions=None, seed=None, gains=true, speed_term="simulated", out=None,
+        threads=None, progress=None
     ),
-    text_signature = "(study, *, repetitions=40, seed=1, gains=True, speed_term='simulated', out=None, \
-                      threads=None, progress=None)"
+    text_signature = "(study, *, repetitions=40, seed=1, gains=True, speed_term='simulated', \
+                      out=None, threads=None, progress=None)"
 )]
 pub(crate) fn simulator_study<'py>(
     py: Python<'py>,

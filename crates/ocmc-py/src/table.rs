@@ -61,9 +61,10 @@ fn as_type(column: &ArrayRef, to: &DataType) -> Option<ArrayRef> {
 /// It speaks the Arrow PyCapsule protocol, so that ``pyarrow.table(table)``,
 /// ``polars.DataFrame(table)``,
 /// ``pandas.DataFrame.from_arrow(table)`` and duckdb take it as it is, without a copy.
-/// `to_pandas` and `to_polars` make data frames. ``table["column"]`` is one column as a new numpy array, NaN where there is no number and ``""``
-/// where there is no word; ``dict(table)`` is all of them. As in a data frame, ``len(table)``
-/// counts rows, and iteration goes over the names of the columns.
+/// `to_pandas` and `to_polars` make data frames. ``table["column"]`` is one column as a new numpy
+/// array, NaN where there is no number and ``""`` where there is no word; ``dict(table)`` is all of
+/// them. As in a data frame, ``len(table)`` counts rows, and iteration goes over the names of the
+/// columns.
 ///
 /// Examples
 /// --------
@@ -175,8 +176,8 @@ impl Table {
 
     /// The table as a data frame of pandas, null where there is no number or word.
     ///
-    /// ``pandas.DataFrame(table)`` has the same rows and columns, and takes a hundred times as long: it goes
-    /// row by row. Without pyarrow a word that is missing is ``""``.
+    /// ``pandas.DataFrame(table)`` has the same rows and columns, and takes a hundred times as
+    /// long: it goes row by row. Without pyarrow a word that is missing is ``""``.
     ///
     /// Returns
     /// -------
@@ -220,8 +221,8 @@ impl Table {
         slf.py().import("ocmc._frame")?.call_method1("to_polars", (slf,))
     }
 
-    /// The rows for numpy, each an object with the columns as attributes: ``pandas.DataFrame(table)``
-    /// makes rows of them, and not a column of names.
+    /// The rows for numpy, each an object with the columns as attributes:
+    /// ``pandas.DataFrame(table)`` makes rows of them, and not a column of names.
     #[pyo3(signature = (dtype=None, copy=None))]
     pub(crate) fn __array__<'py>(
         slf: &Bound<'py, Self>,

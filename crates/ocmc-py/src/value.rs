@@ -115,7 +115,7 @@ pub(crate) fn inner_share(share: f64, argument: &str) -> PyResult<f64> {
     Err(PyValueError::new_err(text))
 }
 
-/// What a word stands for.
+/// Value that a word stands for.
 pub(crate) fn one_of<T: Clone>(argument: &str, word: &str, known: &[Word<T>]) -> PyResult<T> {
     let names: Vec<String> = known.iter().map(|(name, ..)| name.replace('-', "_")).collect();
     if let Some(place) = names.iter().position(|name| name == word) {

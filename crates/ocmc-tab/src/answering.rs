@@ -1,8 +1,8 @@
 //! A question from standard input, its answer on standard output.
 //!
 //! Without an argument the question is answered. `parts WORKERS` says in which parts that many
-//! workers may drive its cycles, `drive FIRST CYCLES NAME` drives one of them and writes its records
-//! to files whose names begin so, and `answer FILES…` answers of the files of all parts.
+//! workers may drive its cycles, `drive FIRST CYCLES NAME` drives one of them and writes its
+//! records to files whose names begin so, and `answer FILES…` answers of the files of all parts.
 
 use ocmc_api::Error;
 use ocmc_api::ask::part::{self, Part};

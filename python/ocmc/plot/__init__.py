@@ -1,7 +1,7 @@
 """Pictures of runs, traces, fits and answers, with matplotlib (``pip install '.[plot]'``).
 
-Each function draws into the axes that it is given or into new ones, and returns them. Axes carry units;
-speeds are in km/h, as people read them.
+Each function draws into the axes that it is given or into new ones, and returns them. Axes carry
+units; speeds are in km/h, as people read them.
 
 Examples
 --------

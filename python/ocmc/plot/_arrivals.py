@@ -44,7 +44,12 @@ def arrivals(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     for arriving in answer["arriving"]:
         if arriving["share"] == MARKED and arriving["range_m"] is not None:
             at_km = arriving["range_m"] / 1000.0
-            ax.plot([0.0, at_km, at_km], [100.0 * MARKED, 100.0 * MARKED, 0.0], color=ink(), linewidth=0.6)
+            ax.plot(
+                [0.0, at_km, at_km],
+                [100.0 * MARKED, 100.0 * MARKED, 0.0],
+                color=ink(),
+                linewidth=0.6,
+            )
             text = f"{100.0 * MARKED:.0f} %: {at_km:.0f} km"
             ax.annotate(text, (at_km, 50.0), xytext=(-4, 0), textcoords="offset points", ha="right")
     ax.set(xlabel="length of the trip, km", ylabel="trucks that arrive, %")

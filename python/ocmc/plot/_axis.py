@@ -1,4 +1,4 @@
-"""What the pictures share: colours, labels with units, and how to read a column of any table."""
+"""Common parts of the pictures: colours, labels with units, and the columns of any table."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -66,7 +66,10 @@ def quantity(column: str) -> tuple[str, float]:
     )
 
 
-def numbers(table: Any, column: str) -> npt.NDArray[np.float64]:  # noqa: ANN401 (tables of any library)
+def numbers(
+    table: Any,  # noqa: ANN401 (tables of any library)
+    column: str,
+) -> npt.NDArray[np.float64]:
     """One column of a table of ours, a data frame or a dictionary."""
     if isinstance(table, str | os.PathLike):
         raise TypeError(f"`{table}` is a path: read the table first, with pandas or pyarrow")

@@ -1,4 +1,4 @@
-"""What a fleet charges: load curves, the state of charge along the way, and winter against summer."""
+"""Charging of a fleet: load curves, state of charge along the way, winter against summer."""
 
 from typing import Any
 
@@ -45,8 +45,8 @@ def loads(run: Run, *, place: str | None = None, ax: Axes | None = None) -> Axes
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: the mean over the days, and a band from the median day up to the one that 19 of 20 stay
-        below.
+        The axes: the mean over the days, and a band from the median day up to the one that 19 of 20
+        stay below.
 
     Examples
     --------
@@ -60,15 +60,27 @@ def loads(run: Run, *, place: str | None = None, ax: Axes | None = None) -> Axes
         raise ValueError("no trip of the run was charged: its study needs a table `[charging]`")
     places = words(table, "place")
     if place is None:
-        totals = {name: numbers(table, "mean_power_w")[places == name].sum() for name in set(places)}
+        totals = {
+            name: numbers(table, "mean_power_w")[places == name].sum() for name in set(places)
+        }
         place = max(sorted(totals), key=totals.__getitem__)
     own = places == place
     if not own.any():
         raise ValueError(f"no charging at {place!r}, only at {', '.join(sorted(set(places)))}")
     edges = np.arange(97) / 4.0
-    mean, median, high = (numbers(table, f"{name}_power_w")[own] / 1000.0 for name in ("mean", "p50", "p95"))
+    mean, median, high = (
+        numbers(table, f"{name}_power_w")[own] / 1000.0 for name in ("mean", "p50", "p95")
+    )
     ax = axes(ax)
-    ax.stairs(high, edges, baseline=median, fill=True, color=SKY, alpha=0.5, label="P50 to P95 over the days")
+    ax.stairs(
+        high,
+        edges,
+        baseline=median,
+        fill=True,
+        color=SKY,
+        alpha=0.5,
+        label="P50 to P95 over the days",
+    )
     ax.stairs(mean, edges, color=BLUE, linewidth=1.5, label="mean")
     ax.set(xlabel="time of the day, h", ylabel=f"power of {_PLACES[place]} at the meter, kW")
     ax.set(xlim=(0.0, 24.0), ylim=(0.0, None))
@@ -80,7 +92,8 @@ def loads(run: Run, *, place: str | None = None, ax: Axes | None = None) -> Axes
 def state_of_charge(run: Run, *, ax: Axes | None = None) -> Axes:
     """Draw the state of charge of a run's trips over the distance.
 
-    It is known at departure, before and behind each charging, and at the end, and drawn straight between.
+    It is known at departure, before and behind each charging, and at the end, and drawn straight
+    between.
 
     Parameters
     ----------
@@ -107,7 +120,9 @@ def state_of_charge(run: Run, *, ax: Axes | None = None) -> Axes:
     farthest = max(course[-1, 0] for course in courses)
     places, bands = [], []
     for at in np.linspace(0.0, farthest, 121):
-        there = [np.interp(at, course[:, 0], course[:, 1]) for course in courses if course[-1, 0] >= at]
+        there = [
+            np.interp(at, course[:, 0], course[:, 1]) for course in courses if course[-1, 0] >= at
+        ]
         if len(there) < min(20, len(courses)):
             break
         places.append(at / 1000.0)
@@ -125,7 +140,10 @@ def state_of_charge(run: Run, *, ax: Axes | None = None) -> Axes:
 
 def _courses(run: Run) -> list[npt.NDArray[np.float64]]:
     """Positions and states of charge of each trip."""
-    if "grid_energy_public_j" not in run or not np.isfinite(numbers(run, "grid_energy_public_j")).any():
+    if (
+        "grid_energy_public_j" not in run
+        or not np.isfinite(numbers(run, "grid_energy_public_j")).any()
+    ):
         return []
     events = run.chargings()
     way = words(events, "place") != "depot"
@@ -134,7 +152,9 @@ def _courses(run: Run) -> list[npt.NDArray[np.float64]]:
         numbers(events, name)[way] for name in ("position_m", "begin_charge", "end_charge")
     )
     counts = np.isin(words(run, "outcome"), ["completed", "depleted"])
-    begin, end, length = (numbers(run, name) for name in ("departure_charge", "final_charge", "distance_m"))
+    begin, end, length = (
+        numbers(run, name) for name in ("departure_charge", "final_charge", "distance_m")
+    )
     courses = []
     for row in np.flatnonzero(counts):
         own = ids == run["cycle_id"][row]
@@ -158,7 +178,8 @@ def seasons(run: Run, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: bars for summer and winter, in kWh/km, and between them what each kind of loss adds.
+        The axes: bars for summer and winter, in kWh/km, and between them what each kind of loss
+        adds.
 
     Examples
     --------
@@ -169,7 +190,9 @@ def seasons(run: Run, *, ax: Axes | None = None) -> Axes:
     """
     totals = [_totals(run, season) for season in (2, 0)]
     if any(total is None for total in totals):
-        raise ValueError("the run has no completed trips of battery trucks in one of summer and winter")
+        raise ValueError(
+            "the run has no completed trips of battery trucks in one of summer and winter"
+        )
     summer, winter = (total for total in totals if total is not None)
     changes = {name: winter[column] - summer[column] for column, name in _LOSSES.items()}
     steps = {name: change for name, change in changes.items() if change != 0.0}

@@ -33,16 +33,17 @@ def comparison(
     column : str, optional
         A column of the records; by default the consumption that the first run has.
     names : sequence of str, optional
-        What the two are called; by default by their studies, and as A and B where those have one name.
+        What the two are called; by default by their studies, and as A and B where those have one
+        name.
     ax : matplotlib.axes.Axes, optional
         Axes to draw into; new ones by default.
 
     Returns
     -------
     matplotlib.axes.Axes
-        Those axes: shares of each run's cycles, a dashed line at the mean of each. It is that of the
-        fleet with half its 95 % interval, or that of the cycles, without one, where the column is no
-        quantity of the summary.
+        Those axes: shares of each run's cycles, a dashed line at the mean of each. It is that of
+        the fleet with half its 95 % interval, or that of the cycles, without one, where the column
+        is no quantity of the summary.
 
     Raises
     ------
@@ -71,10 +72,20 @@ def comparison(
         mean, text = _mean(sample, statistic, quantity(column)[1])
         label = f"{name}: {text}"
         ax.hist(sample, bins=edges, weights=shares, color=colour, alpha=0.25)
-        ax.hist(sample, bins=edges, weights=shares, color=colour, histtype="step", linewidth=1.2, label=label)
+        ax.hist(
+            sample,
+            bins=edges,
+            weights=shares,
+            color=colour,
+            histtype="step",
+            linewidth=1.2,
+            label=label,
+        )
         ax.axvline(mean, color=colour, linestyle="--", linewidth=1.0)
     ax.set(xlabel=quantity(column)[0], ylabel="share of the cycles, %")
-    title = "mean of the fleet ± half its 95 % interval" if all(statistics) else "mean of the cycles"
+    title = (
+        "mean of the fleet ± half its 95 % interval" if all(statistics) else "mean of the cycles"
+    )
     ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), title=title)
     return spine_free(ax)
 
@@ -83,7 +94,9 @@ def _names(runs: Sequence["Run"], names: Sequence[str] | None) -> list[str]:
     if names is None:
         studies = [str(run.summary()["study"]) for run in runs]
         same = studies[0] == studies[1]
-        return [f"{study} {side}" if same else study for study, side in zip(studies, "AB", strict=True)]
+        return [
+            f"{study} {side}" if same else study for study, side in zip(studies, "AB", strict=True)
+        ]
     if isinstance(names, str) or len(names) != len(runs):
         raise ValueError(f"`names` is {names!r}, allowed are {len(runs)} names")
     return list(names)

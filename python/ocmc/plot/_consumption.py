@@ -28,7 +28,7 @@ def completed(run: "Run", column: str) -> npt.NDArray[np.float64]:
 
 
 def consumption_column(run: "Run") -> str:
-    """Choose the column that the fleet is judged by: fuel, else electricity, else the work at the wheels."""
+    """Choose the column to judge by: fuel, else electricity, else the work at the wheels."""
     statistics = run.summary()["statistics"]
     return next((name for name in _COLUMNS if statistics[name]["p50"] is not None), _COLUMNS[0])
 
@@ -41,7 +41,8 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
     run : Run
         A run. Only completed cycles count.
     column : str, optional
-        Another column of the records; by default litres per 100 km, or kWh/km where there is no fuel.
+        Another column of the records; by default litres per 100 km, or kWh/km where there is no
+        fuel.
     ax : matplotlib.axes.Axes, optional
         Where to draw; new axes by default.
 
@@ -68,7 +69,13 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
     ax = axes(ax)
     share = np.full(values.size, 100.0 / values.size)
     ax.hist(
-        values, bins=bins(values), weights=share, color=BLUE, alpha=0.55, edgecolor="white", linewidth=0.4
+        values,
+        bins=bins(values),
+        weights=share,
+        color=BLUE,
+        alpha=0.55,
+        edgecolor="white",
+        linewidth=0.4,
     )
     statistic: dict[str, Any] = run.summary()["statistics"].get(column, {})
     quantiles = {}
@@ -76,7 +83,8 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
         value = statistic.get(f"p{level}")
         value = float(np.quantile(values, level / 100)) if value is None else factor * value
         quantiles[f"P{level}"] = value
-        ax.axvline(value, color=ink(), linewidth=0.8, linestyle="-" if level == 50 else ":")  # noqa: PLR2004
+        style = "-" if level == 50 else ":"  # noqa: PLR2004
+        ax.axvline(value, color=ink(), linewidth=0.8, linestyle=style)
     low, high = ax.get_xlim()
     for name_of_level, place in _apart(quantiles, _LABEL_WIDTH * (high - low)):
         ax.annotate(

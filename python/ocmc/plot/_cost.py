@@ -1,4 +1,4 @@
-"""What a km costs."""
+"""Cost of a km."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -23,8 +23,8 @@ def cost(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a bar for each study, of its items one after the other. What is negative, such as the
-        residual value, lies to the left of zero, and a line marks the total.
+        The axes: a bar for each study, of its items one after the other. What is negative, such as
+        the residual value, lies to the left of zero, and a line marks the total.
 
     Examples
     --------
@@ -45,12 +45,19 @@ def cost(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
         values = np.array([known.get(name, 0.0) for known in costs])
         start = np.where(values < 0.0, left, right)
         ax.barh(
-            places, values, left=start, height=0.6, color=colours(number % 20), label=name.replace("_", " ")
+            places,
+            values,
+            left=start,
+            height=0.6,
+            color=colours(number % 20),
+            label=name.replace("_", " "),
         )
         left += np.minimum(values, 0.0)
         right += np.maximum(values, 0.0)
     for place, study in zip(places, studies, strict=True):
-        ax.plot([study["total"]["per_km"]] * 2, [place - 0.36, place + 0.36], color=ink(), linewidth=1.5)
+        ax.plot(
+            [study["total"]["per_km"]] * 2, [place - 0.36, place + 0.36], color=ink(), linewidth=1.5
+        )
     ax.axvline(0.0, color=ink(), linewidth=0.6)
     ax.set_yticks(places, labels=[study["study"] for study in studies])
     ax.set_xlabel(f"cost, {studies[0]['currency']}/km")

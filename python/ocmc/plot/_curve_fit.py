@@ -8,7 +8,18 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from ocmc.plot._axis import BLUE, COLOURS, GREY, KMH_PER_MPS, RED, axes, has, numbers, spine_free, words
+from ocmc.plot._axis import (
+    BLUE,
+    COLOURS,
+    GREY,
+    KMH_PER_MPS,
+    RED,
+    axes,
+    has,
+    numbers,
+    spine_free,
+    words,
+)
 
 _NORMAL_95 = 1.959964  # of a standard normal, 95 % lie within
 _MOST_LARGE = 500  # points that are drawn as large symbols
@@ -18,13 +29,19 @@ _DECADE = 10.0
 _Numbers = npt.NDArray[np.float64]
 
 
-def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:  # noqa: ANN401 (any table)
+def curve_fit(
+    curves: Any,  # noqa: ANN401 (any table)
+    fit: Mapping[str, Any],
+    *,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw speed against radius of measured curves, with the fitted law and its bands.
 
     Parameters
     ----------
     curves : table
-        The curves: ``radius_m``, ``speed_mps``, and where known ``driver`` and ``direction`` (left, right).
+        The curves: ``radius_m``, ``speed_mps``, and where known ``driver`` and ``direction`` (left,
+        right).
     fit : dict
         What `fit_curve_speed` or ``ocmc fit curve-speed --json`` gives for them.
     ax : matplotlib.axes.Axes, optional
@@ -33,19 +50,21 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: radius in m, on a logarithmic scale, and speed in km/h. The inner band holds 95 % of the
-        drivers' own medians, the outer one 95 % of the curves.
+        The axes: radius in m, on a logarithmic scale, and speed in km/h. The inner band holds 95 %
+        of the drivers' own medians, the outer one 95 % of the curves.
 
     Notes
     -----
-    The law is v = v₀ (R/R₀)^δ exp(driver + residual), both normal: Romano, Godio, Bruzelius, Johannesson,
-    equation of the curve speed.
+    The law is v = v₀ (R/R₀)^δ exp(driver + residual), both normal: Romano, Godio, Bruzelius,
+    Johannesson, equation of the curve speed.
 
     Examples
     --------
     >>> import ocmc
-    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4, "radius_m": [50.0, 100.0, 200.0, 400.0] * 3}
-    >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]}
+    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4}
+    >>> curves["radius_m"] = [50.0, 100.0, 200.0, 400.0] * 3
+    >>> speeds = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
+    >>> curves["speed_mps"] = speeds
     >>> ax = ocmc.plot.curve_fit(curves, ocmc.fit_curve_speed(curves))
     >>> ax.get_xlabel()
     'curve radius, m'
@@ -59,7 +78,11 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     reference_m = fit["reference_radius_m"]
 
     def law(model: Mapping[str, Any]) -> _Numbers:
-        speed = KMH_PER_MPS * model["reference_speed_mps"] * (along_m / reference_m) ** model["exponent"]
+        speed = (
+            KMH_PER_MPS
+            * model["reference_speed_mps"]
+            * (along_m / reference_m) ** model["exponent"]
+        )
         return np.asarray(speed)
 
     driver_sd, residual_sd = estimated["driver_sd"] or 0.0, estimated["residual_sd"]
@@ -71,14 +94,26 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
         factor = np.exp(_NORMAL_95 * sd)
         middle = law(estimated)
         ax.fill_between(
-            along_m, middle / factor, middle * factor, color=BLUE, alpha=alpha, linewidth=0, label=name
+            along_m,
+            middle / factor,
+            middle * factor,
+            color=BLUE,
+            alpha=alpha,
+            linewidth=0,
+            label=name,
         )
-    label = f"$v_0$ {KMH_PER_MPS * estimated['reference_speed_mps']:.1f} km/h, δ {estimated['exponent']:.3f}"
+    label = (
+        f"$v_0$ {KMH_PER_MPS * estimated['reference_speed_mps']:.1f} km/h, δ "
+        f"{estimated['exponent']:.3f}"
+    )
     interval = estimated.get("exponent_ci95")
     if interval is not None:
         label += f" ({interval[0]:.3f}; {interval[1]:.3f})"
     ax.plot(along_m, law(estimated), color=BLUE, linewidth=2, label=label)
-    label = f"$v_0$ {KMH_PER_MPS * fixed['reference_speed_mps']:.1f} km/h, δ {fixed['exponent']:g} (fixed)"
+    label = (
+        f"$v_0$ {KMH_PER_MPS * fixed['reference_speed_mps']:.1f} km/h, δ {fixed['exponent']:g} "
+        "(fixed)"
+    )
     ax.plot(along_m, law(fixed), color=RED, linestyle="--", linewidth=1.5, label=label)
     ax.set(xscale="log", xlabel="curve radius, m", ylabel="speed in the curve, km/h")
     ax.set_ylim(bottom=0)
@@ -93,12 +128,15 @@ def curve_fit_by_driver(
     *,
     ax: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Draw speed against radius of measured curves, a panel for each driver or truck with its own regression.
+    """Draw speed against radius of measured curves, a panel for each driver or truck.
+
+    Each has its own regression.
 
     Parameters
     ----------
     curves : table
-        The curves: ``driver``, ``radius_m``, ``speed_mps``, and where known ``direction`` (left, right).
+        The curves: ``driver``, ``radius_m``, ``speed_mps``, and where known ``direction`` (left,
+        right).
     fit : dict
         What `fit_curve_speed` or ``ocmc fit curve-speed --json`` gives for them.
     ax : sequence of matplotlib.axes.Axes, optional
@@ -107,9 +145,9 @@ def curve_fit_by_driver(
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes, in the order of the drivers' names: radius in m, logarithmic, and speed in km/h. The line is
-        the least-squares regression of log v on log R over this driver's curves; dashed, the law fitted to
-        all. A driver whose curves have one radius has no line.
+        The axes, in the order of the drivers' names: radius in m, logarithmic, and speed in km/h.
+        The line is the least-squares regression of log v on log R over this driver's curves;
+        dashed, the law fitted to all. A driver whose curves have one radius has no line.
 
     Raises
     ------
@@ -125,8 +163,10 @@ def curve_fit_by_driver(
     Examples
     --------
     >>> import ocmc
-    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4, "radius_m": [50.0, 100.0, 200.0, 400.0] * 3}
-    >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]}
+    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4 + ["c"] * 4}
+    >>> curves["radius_m"] = [50.0, 100.0, 200.0, 400.0] * 3
+    >>> speeds = [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6, 9.6, 13.5, 19.0, 27.2]
+    >>> curves["speed_mps"] = speeds
     >>> panels = ocmc.plot.curve_fit_by_driver(curves, ocmc.fit_curve_speed(curves))
     >>> [panel.get_title(loc="left") for panel in panels]
     ['a: $v_0$ 79.8 km/h, δ 0.492', 'b: $v_0$ 87.7 km/h, δ 0.492', 'c: $v_0$ 77.0 km/h, δ 0.500']
@@ -141,7 +181,11 @@ def curve_fit_by_driver(
     reference_m, estimated = fit["reference_radius_m"], fit["estimated"]
     smallest_m, largest_m = fit["radius_range_m"]
     along_m = np.geomspace(smallest_m, largest_m, 50)
-    pooled = KMH_PER_MPS * estimated["reference_speed_mps"] * (along_m / reference_m) ** estimated["exponent"]
+    pooled = (
+        KMH_PER_MPS
+        * estimated["reference_speed_mps"]
+        * (along_m / reference_m) ** estimated["exponent"]
+    )
     for panel, name in zip(panels, names, strict=True):
         own = drivers == name
         title = str(name)
@@ -161,7 +205,9 @@ def curve_fit_by_driver(
         if np.ptp(x) > 0.0:
             exponent, middle = np.polyfit(x, y, 1)
             span_m = np.geomspace(radius_m[own].min(), radius_m[own].max(), 50)
-            panel.plot(span_m, np.exp(middle) * (span_m / reference_m) ** exponent, color=BLUE, linewidth=2)
+            panel.plot(
+                span_m, np.exp(middle) * (span_m / reference_m) ** exponent, color=BLUE, linewidth=2
+            )
             title += f": $v_0$ {np.exp(middle):.1f} km/h, δ {exponent:.3f}"
         panel.set_title(title, fontsize="small", loc="left")
         panel.set(xscale="log", ylim=(0, None))

@@ -15,13 +15,13 @@ _TAIL = 0.002
 
 
 def differences(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw how much more the cycles of a run take than the same cycles of another one, pair by pair.
+    """Draw the paired differences of two runs over the same cycles, pair by pair.
 
     Parameters
     ----------
     a, b : Run
-        Two runs of the same seed and cycle ids, such as those that ``ocmc.compare(..., out=)`` writes.
-        Only cycles that both completed count.
+        Two runs of the same seed and cycle ids, such as those that ``ocmc.compare(..., out=)``
+        writes. Only cycles that both completed count.
     column : str, optional
         A column of the records; by default the consumption that the first run has.
     ax : matplotlib.axes.Axes, optional

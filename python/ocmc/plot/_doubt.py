@@ -1,4 +1,4 @@
-"""What an answer owes to judged numbers."""
+"""Contribution of judged numbers to an answer's uncertainty."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,8 +24,8 @@ def doubt(answer: Mapping[str, Any], *, most: int = 15, ax: Axes | None = None) 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a pair of bars for each entry, from the unmoved mean to both ends of its range, the one
-        that matters most on top.
+        The axes: a pair of bars for each entry, from the unmoved mean to both ends of its range,
+        the one that matters most on top.
 
     Examples
     --------
@@ -41,7 +41,9 @@ def doubt(answer: Mapping[str, Any], *, most: int = 15, ax: Axes | None = None) 
     numbers = answer["numbers"][:most][::-1]
     places = np.arange(len(numbers), dtype=float)
     for key, colour, what in [("low", SKY, "first end of the range"), ("high", BLUE, "other end")]:
-        changes = [np.nan if entry[key] is None else factor * entry[key]["mean"]["by"] for entry in numbers]
+        changes = [
+            np.nan if entry[key] is None else factor * entry[key]["mean"]["by"] for entry in numbers
+        ]
         ax.barh(places, changes, height=0.7, color=colour, label=what)
     ax.axvline(0.0, color=ink(), linewidth=0.6)
     ax.set_yticks(places, labels=[entry["name"].replace("_", " ") for entry in numbers])

@@ -23,16 +23,16 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     answer : dict
         What `identify` or ``ocmc identify --json`` gives.
     ax : sequence of matplotlib.axes.Axes, optional
-        Where to draw, three of them for a PID controller, two for a switched one; new axes by default, one
-        above the other.
+        Where to draw, three of them for a PID controller, two for a switched one; new axes by
+        default, one above the other.
 
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes of K_P, K_I and K_D, of a switched controller of K_P and its threshold e_SW; gains are
-        logarithmic. A point is one event with its 95 % interval, a driver's steepest climb on the left; a
-        hollow one is not identified, as where it ran to a bound. A K_D that noise has put below 0 has no
-        place there: its interval alone is seen.
+        The axes of K_P, K_I and K_D, of a switched controller of K_P and its threshold e_SW; gains
+        are logarithmic. A point is one event with its 95 % interval, a driver's steepest climb on
+        the left; a hollow one is not identified, as where it ran to a bound. A K_D that noise has
+        put below 0 has no place there: its interval alone is seen.
 
     Raises
     ------
@@ -63,16 +63,26 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
         for fit in fits:
             if fit[gain] is None:
                 continue
-            uphill, found = fit["grade"] > 0, gain not in fit.get("not_identifiable", fit["at_bound"])
+            uphill, found = (
+                fit["grade"] > 0,
+                gain not in fit.get("not_identifiable", fit["at_bound"]),
+            )
             colour = RED if uphill else BLUE
             place = drivers.index(str(fit["driver"])) + offsets[fit["grade"]]
             interval = _interval(fit, gain)
             if interval is not None:
                 panel.plot([place, place], interval, color=colour, linewidth=1.0, alpha=0.6)
             (handle,) = panel.plot(
-                place, fit[gain], "o", color=colour, markersize=5, markerfacecolor=colour if found else "none"
+                place,
+                fit[gain],
+                "o",
+                color=colour,
+                markersize=5,
+                markerfacecolor=colour if found else "none",
             )
-            handles[("uphill" if uphill else "downhill") + ("" if found else ", not identified")] = handle
+            handles[
+                ("uphill" if uphill else "downhill") + ("" if found else ", not identified")
+            ] = handle
         panel.set_ylabel(name)
         if gain == "threshold_mps":
             panel.set_ylim(bottom=0)  # it may be none at all
@@ -100,4 +110,6 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
 def _interval(fit: Mapping[str, Any], gain: str) -> list[float] | None:
     """Interval of a gain, where it was worked out."""
     parameters = fit.get("parameters", [])
-    return next((parameter["interval"] for parameter in parameters if parameter["name"] == gain), None)
+    return next(
+        (parameter["interval"] for parameter in parameters if parameter["name"] == gain), None
+    )

@@ -1,4 +1,4 @@
-"""What drives the spread."""
+"""Factors that drive the spread."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -39,7 +39,9 @@ def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     places = np.arange(len(factors), dtype=float)
     for key, colour, offset in [("total", SKY, -0.19), ("first", BLUE, 0.19)]:
         values = np.array([_number(factor[key]) for factor in factors])
-        intervals = np.array([factor[f"{key}_ci95"] or [np.nan, np.nan] for factor in factors], dtype=float)
+        intervals = np.array(
+            [factor[f"{key}_ci95"] or [np.nan, np.nan] for factor in factors], dtype=float
+        )
         whiskers = 100.0 * np.abs(intervals.T - values)
         ax.barh(
             places + offset,

@@ -1,4 +1,4 @@
-"""What values of a study's keys do."""
+"""Effect of values of a study's keys."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -24,9 +24,9 @@ def sweep(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -> lis
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes: means and differences with their 95 % intervals over the values of the first key, and
-        a line for each value of the second. Words and laws stand side by side in the order of the
-        points. A dashed line is the study itself, where the points are compared with it.
+        The axes: means and differences with their 95 % intervals over the values of the first key,
+        and a line for each value of the second. Words and laws stand side by side in the order of
+        the points. A dashed line is the study itself, where the points are compared with it.
 
     Raises
     ------
@@ -54,14 +54,22 @@ def sweep(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -> lis
     for number, (group, members) in enumerate(groups.items()):
         members.sort(key=lambda member: places[member])
         x = [places[member] for member in members]
-        look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)], "marker": "o", "markersize": 4}
+        look: dict[str, Any] = {
+            "color": COLOURS[number % len(COLOURS)],
+            "marker": "o",
+            "markersize": 4,
+        }
         for axes, value, interval in [
             (both[0], "mean", "ci95"),
             (both[1], "difference", "difference_ci95"),
         ]:
             y = [_number(points[member][value], factor) for member in members]
-            ends = np.array([points[member][interval] or [np.nan] * 2 for member in members], dtype=float)
-            axes.errorbar(x, y, yerr=np.abs(factor * ends.T - y), label=group or None, capsize=2, **look)
+            ends = np.array(
+                [points[member][interval] or [np.nan] * 2 for member in members], dtype=float
+            )
+            axes.errorbar(
+                x, y, yerr=np.abs(factor * ends.T - y), label=group or None, capsize=2, **look
+            )
     if base := answer.get("base"):
         both[0].axhline(_number(base["mean"], factor), color=ink(), linewidth=0.8, linestyle="--")
     both[1].axhline(0.0, color=ink(), linewidth=0.6)

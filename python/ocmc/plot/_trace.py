@@ -65,7 +65,8 @@ def trace(
         part = (along >= between[0]) & (along <= between[1])
         if not part.any():
             raise ValueError(
-                f"no step lies between {between[0]} and {between[1]}, the trace ends at {along[-1]:.0f}"
+                f"no step lies between {between[0]} and {between[1]}, the trace ends at "
+                f"{along[-1]:.0f}"
             )
     x = along[part] / (1000.0 if against == "position" else 60.0)
 
@@ -86,10 +87,14 @@ def trace(
     panels[1].axhline(0.0, color=ink, linewidth=0.6)
     panels[1].set_ylabel("slope, %")
     pedals = panels[2]
-    pedals.fill_between(x, 100.0 * of("accelerator"), color=BLUE, alpha=0.7, linewidth=0, label="accelerator")
+    pedals.fill_between(
+        x, 100.0 * of("accelerator"), color=BLUE, alpha=0.7, linewidth=0, label="accelerator"
+    )
     pedals.fill_between(x, -100.0 * of("brake"), color=RED, alpha=0.7, linewidth=0, label="brake")
     pedals.axhline(0.0, color=ink, linewidth=0.6)
-    pedals.set(ylabel="pedals, %", ylim=(-105, 105), yticks=[-100, 0, 100], yticklabels=["100", "0", "100"])
+    pedals.set(
+        ylabel="pedals, %", ylim=(-105, 105), yticks=[-100, 0, 100], yticklabels=["100", "0", "100"]
+    )
     pedals.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     panels[3].step(x, of("gear"), where="pre", color=ink, linewidth=1.0)
     panels[3].set_ylabel("gear")
@@ -106,7 +111,13 @@ def trace(
     return panels
 
 
-def _braking(ax: Axes, x: npt.NDArray[np.float64], of: Any, *, electric: bool) -> None:  # noqa: ANN401
+def _braking(
+    ax: Axes,
+    x: npt.NDArray[np.float64],
+    of: Any,  # noqa: ANN401
+    *,
+    electric: bool,
+) -> None:
     """Draw what brakes: the power of each, mean over the row, 0 where a row takes no time."""
     step = of("step_s")
     own = ("regenerated_energy_added_j", GREEN, "regenerated") if electric else None
@@ -119,13 +130,20 @@ def _braking(ax: Axes, x: npt.NDArray[np.float64], of: Any, *, electric: bool) -
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def _speed(ax: Axes, x: npt.NDArray[np.float64], of: Any, cycle: "OperatingCycle | None") -> None:  # noqa: ANN401
+def _speed(
+    ax: Axes,
+    x: npt.NDArray[np.float64],
+    of: Any,  # noqa: ANN401
+    cycle: "OperatingCycle | None",
+) -> None:
     if cycle is not None:
         limit = cycle["speed_limit_mps"]
         place = np.searchsorted(limit["position_m"], of("position_m"), side="right") - 1
         limits = KMH_PER_MPS * limit["value"][np.maximum(place, 0)]
         ax.plot(x, limits, color=GREY, linewidth=1.2, drawstyle="steps-pre", label="speed limit")
-    ax.plot(x, KMH_PER_MPS * of("desired_speed_mps"), color=ORANGE, linewidth=1.2, label="desired speed")
+    ax.plot(
+        x, KMH_PER_MPS * of("desired_speed_mps"), color=ORANGE, linewidth=1.2, label="desired speed"
+    )
     ax.plot(x, KMH_PER_MPS * of("speed_mps"), color=BLUE, linewidth=1.2, label="speed")
     ax.set(ylabel="speed, km/h", ylim=(0, None))
     ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -1,4 +1,4 @@
-"""Trucks of a fleet: their years beside one another, and what explains their spread at each level."""
+"""Trucks of a fleet: their years beside one another, and the levels of their spread."""
 
 from collections.abc import Mapping
 from itertools import cycle
@@ -16,7 +16,7 @@ _FAR = 1.959963984540054
 
 
 def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw the year of each truck with the interval that the chance of its trips leaves: a caterpillar.
+    """Draw the year of each truck with the interval by the chance of its trips: a caterpillar.
 
     Parameters
     ----------
@@ -65,10 +65,20 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
     ax = axes(ax)
     places = np.arange(len(order))
     ax.errorbar(
-        places, heights, yerr=whiskers, fmt="o", markersize=3, color=BLUE, ecolor=GREY, elinewidth=0.8
+        places,
+        heights,
+        yerr=whiskers,
+        fmt="o",
+        markersize=3,
+        color=BLUE,
+        ecolor=GREY,
+        elinewidth=0.8,
     )
     ax.axhline(
-        float(np.average(values, weights=weights)), color=ink(), linewidth=0.8, label="mean of the fleet"
+        float(np.average(values, weights=weights)),
+        color=ink(),
+        linewidth=0.8,
+        label="mean of the fleet",
     )
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set(xlabel="trucks, from the lowest to the highest", ylabel=name)
@@ -90,8 +100,9 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: for each factor a bar for each answer, its first-order share with the 95 % interval.
-        They are not stacked: each is an estimate with an error of its own, and they sum to no whole.
+        The axes: for each factor a bar for each answer, its first-order share with the 95 %
+        interval. They are not stacked: each is an estimate with an error of its own, and they sum
+        to no whole.
 
     Examples
     --------
@@ -111,7 +122,9 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
     for k, (name, whole, colour) in enumerate(zip(answers, wholes, cycle(COLOURS))):
         found = [whole.get(factor, {}) for factor in factors]
         heights = np.array([100.0 * share.get("first", np.nan) for share in found])
-        ends = np.array([share.get("first_ci95") or [np.nan, np.nan] for share in found], dtype=float)
+        ends = np.array(
+            [share.get("first_ci95") or [np.nan, np.nan] for share in found], dtype=float
+        )
         ax.bar(
             places + (k - (len(answers) - 1) / 2.0) * width,
             heights,

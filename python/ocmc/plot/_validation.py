@@ -35,7 +35,8 @@ def validation(answer: Mapping[str, Any], *, road: int = 0, ax: Axes | None = No
     Examples
     --------
     >>> import warnings, ocmc
-    >>> study = ocmc.Study("passenger-car").set("mission.length_m", 3000.0).set("simulation.step_s", 0.5)
+    >>> study = ocmc.Study("passenger-car").set("mission.length_m", 3000.0)
+    >>> study = study.set("simulation.step_s", 0.5)
     >>> trace = study.trace(3, seed=7)
     >>> log = {name: trace[name] for name in ["time_s", "speed_mps", "position_m", "limit_mps"]}
     >>> with warnings.catch_warnings(action="ignore"):
@@ -55,7 +56,13 @@ def validation(answer: Mapping[str, Any], *, road: int = 0, ax: Axes | None = No
 
     km = np.array(shown["position_m"], dtype=float) / 1000.0
     ax.fill_between(
-        km, of("p5_mps"), of("p95_mps"), color=BLUE, alpha=0.2, linewidth=0, label="90 % of the trips"
+        km,
+        of("p5_mps"),
+        of("p95_mps"),
+        color=BLUE,
+        alpha=0.2,
+        linewidth=0,
+        label="90 % of the trips",
     )
     ax.fill_between(
         km, of("p25_mps"), of("p75_mps"), color=BLUE, alpha=0.4, linewidth=0, label="half of them"

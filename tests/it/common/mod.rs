@@ -171,8 +171,8 @@ pub(crate) fn number(record: &Record, name: &str) -> f64 {
     ocmc_core::record::column(name).unwrap().get(record).number().unwrap_or(0.0)
 }
 
-/// What the battery's store lost, and what a fuel cell gave, less everything that it went into, over
-/// the energy that moved.
+/// Energy that the battery's store lost, and that a fuel cell gave, less all its uses, over the
+/// energy that moved.
 pub(crate) fn electric_balance(r: &Record) -> f64 {
     let spent = r.battery_loss_j.unwrap()
         + r.motor_loss_j.unwrap()

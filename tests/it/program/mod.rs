@@ -17,7 +17,7 @@ pub(crate) fn ocmc(arguments: &[&str]) -> Command {
     command
 }
 
-/// What the command tells beside its answer, in a folder of its own, with this exit status.
+/// Message of the command beside its answer, in a folder of its own, with this exit status.
 pub(crate) fn message(folder: &Path, arguments: &[&str], status: i32) -> String {
     let output = ocmc(arguments).current_dir(folder).output().expect("the program starts");
     let message = String::from_utf8(output.stderr).expect("UTF-8");

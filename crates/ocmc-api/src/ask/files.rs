@@ -18,7 +18,7 @@ use std::path::Path;
 /// Points of a sketch.
 const SKETCHED: usize = 400;
 
-/// What files are, and what was read of each.
+/// Kinds of files, and an account of each.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct FilesAnswer {
     /// The files, in the order in which they were asked for.
@@ -30,13 +30,13 @@ pub struct FilesAnswer {
 pub struct AccountedFile {
     /// Its name.
     pub file: String,
-    /// What it is.
+    /// Kind of the file.
     pub kind: FileKind,
     /// The same for people.
     pub words: &'static str,
-    /// What was read, in sentences.
+    /// Account of the input that was read, in sentences.
     pub told: Vec<String>,
-    /// What is odd, or missing.
+    /// Oddities and missing parts.
     pub warnings: Vec<String>,
     /// Why it cannot be used; none of a file that can.
     pub reason: Option<String>,
@@ -52,7 +52,7 @@ pub struct AccountedFile {
     pub route: Option<RouteEntry>,
 }
 
-/// What a file is.
+/// Kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FileKind {
@@ -118,7 +118,7 @@ pub struct RouteMap {
 pub struct RouteEntry {
     /// The file.
     pub file: String,
-    /// What is drawn from the study, as the file lacks it.
+    /// Parts that are drawn from the study, as the file lacks them.
     pub draw: Vec<Draw>,
 }
 

@@ -1,4 +1,4 @@
-//! What a question is answered.
+//! Answers to a question.
 
 use super::calibrated::CalibratedAnswer;
 use super::files::FilesAnswer;
@@ -23,7 +23,7 @@ use serde::Serialize;
 /// of answers may come in any version.
 pub const VERSION: u32 = 1;
 
-/// What is answered on a line of its own, told by its key `message`.
+/// Message on a line of its own, told by its key `message`.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(tag = "message", rename_all = "kebab-case")]
 pub enum Message {
@@ -33,7 +33,7 @@ pub enum Message {
     Answer(Box<Reply>),
     /// Why there is no answer: the last message.
     Refused {
-        /// What is wrong, where, and what is allowed.
+        /// Reason: the fault, its place, and the allowed values.
         reason: String,
     },
     /// The work was ended before there was an answer: the last message.
@@ -47,7 +47,7 @@ pub struct Reply {
     pub version: u32,
     /// The program, such as `ocmc 0.2.0`.
     pub program: String,
-    /// What does not stop the answer and has to be known.
+    /// Facts that do not stop the answer and have to be known.
     pub warnings: Vec<String>,
     /// The answer.
     #[serde(flatten)]
@@ -59,33 +59,33 @@ pub struct Reply {
 #[serde(tag = "of", content = "answer", rename_all = "kebab-case")]
 #[allow(clippy::large_enum_variant, reason = "there is one of it at a time")]
 pub enum AskAnswer {
-    /// Of a run.
+    /// Answer of a run.
     Run(RunAnswer),
-    /// Of a run of groups.
+    /// Answer of a run of groups.
     Fleet(MixedFleetAnswer),
-    /// Of a comparison.
+    /// Answer of a comparison.
     Compare(CompareAnswer),
-    /// Of a sweep.
+    /// Answer of a sweep.
     Sweep(SweepAnswer),
-    /// Of an analysis of variance.
+    /// Answer of an analysis of variance.
     Sensitivity(SensitivityAnswer),
-    /// Of judged numbers.
+    /// Answer on judged numbers.
     Doubt(DoubtAnswer),
-    /// Of costs.
+    /// Answer on costs.
     Cost(CostAnswer),
-    /// Of ranges.
+    /// Answer on ranges.
     Range(RangeAnswer),
-    /// Of batteries.
+    /// Answer on batteries.
     Size(SizeAnswer),
-    /// Of least energies.
+    /// Answer on least energies.
     Bound(BoundAnswer),
-    /// Of files.
+    /// Answer on files.
     Files(FilesAnswer),
-    /// Of a study's keys.
+    /// Answer on a study's keys.
     Study(StudyAnswer),
-    /// Of a trip.
+    /// Answer on a trip.
     Trip(TripAnswer),
-    /// Of a calibration.
+    /// Answer of a calibration.
     CalibrateTotals(CalibratedAnswer),
 }
 

@@ -294,7 +294,7 @@ fn opened(study: &AskedStudy, files: &Files) -> Result<LoadedStudy, Error> {
     given(study, |given| Ok(open(given, files, study.set())?))
 }
 
-/// What is made of a study that is named, or whose keys are given.
+/// Makes something of a study that is named, or whose keys are given.
 fn given<T>(study: &AskedStudy, made: impl FnOnce(&Given) -> Result<T, Error>) -> Result<T, Error> {
     match study {
         AskedStudy::Named(name)

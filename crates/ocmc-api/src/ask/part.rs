@@ -17,7 +17,8 @@
 //! assert_eq!(names.len(), 2);
 //! let together = part::answer(&question, files, &names, &mut go_on)?;
 //! let alone = ask(&question, files, &mut go_on)?;
-//! let json = [together, alone].map(|reply| serde_json::to_value(reply).expect("numbers and words"));
+//! let json =
+//!     [together, alone].map(|reply| serde_json::to_value(reply).expect("numbers and words"));
 //! assert!(json[0]["answer"]["statistics"].is_object());
 //! assert_eq!(json[0]["answer"]["statistics"], json[1]["answer"]["statistics"]);
 //! # Ok::<(), ocmc_api::Error>(())

@@ -1,4 +1,4 @@
-//! What can be asked as JSON.
+//! Questions that can be asked as JSON.
 
 use crate::size::Season;
 use crate::sweep::Against;
@@ -17,11 +17,11 @@ pub enum Ask {
     Compare(AskCompare),
     /// A study at many points, as of `ocmc sweep`.
     Sweep(AskSweep),
-    /// Which factors the spread comes from, as of `ocmc sensitivity`.
+    /// Factors that the spread comes from, as of `ocmc sensitivity`.
     Sensitivity(AskSensitivity),
-    /// What the answer owes to judged numbers, as of `ocmc doubt`.
+    /// Share of the answer's uncertainty that judged numbers cause, as of `ocmc doubt`.
     Doubt(AskPair),
-    /// What a study costs, or two against each other, as of `ocmc cost`.
+    /// Cost of a study, or of two against each other, as of `ocmc cost`.
     Cost(AskPair),
     /// How far battery trucks come, as of `ocmc range`.
     Range(AskStudy),
@@ -29,9 +29,9 @@ pub enum Ask {
     Size(AskSize),
     /// The least energy for the same trips, as of `ocmc bound`.
     Bound(AskStudy),
-    /// What files are, and what is read of them.
+    /// Kinds and contents of files.
     Files(AskFiles),
-    /// What a study says.
+    /// Contents of a study.
     Study(AskSaid),
     /// One trip step by step, as of `ocmc trace`.
     Trip(AskTrip),
@@ -74,7 +74,7 @@ pub enum StudySource {
 }
 
 impl AskedStudy {
-    /// What is set in it.
+    /// Keys that are set in it, as `KEY=VALUE`.
     pub(super) fn set(&self) -> &[String] {
         match self {
             Self::Named(_) => &[],
@@ -82,7 +82,7 @@ impl AskedStudy {
         }
     }
 
-    /// What the answer calls it.
+    /// Name of the study in the answer.
     pub(super) fn name(&self) -> String {
         let (source, set) = match self {
             Self::Named(name) | Self::Given(GivenStudy { name: Some(name), .. }) => {
@@ -101,12 +101,12 @@ impl AskedStudy {
     }
 }
 
-/// Which cycles are driven, and on how many threads.
+/// Cycles to drive, and the number of threads.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AskPlan {
-    /// Number of cycles, of `sensitivity` of rows of the design; 1000 by default, or as many as `ocmc`
-    /// takes of a study whose trucks make several trips.
+    /// Number of cycles, of `sensitivity` of rows of the design; 1000 by default, or as many as
+    /// `ocmc` takes of a study whose trucks make several trips.
     #[schemars(range(min = 1))]
     pub cycles: Option<u64>,
     /// Master seed.
@@ -165,7 +165,7 @@ pub struct AskSweep {
     pub study: AskedStudy,
     /// Settings with several values, such as `vehicle.drag_area_m2.median=5,4.5,4`.
     pub points: Vec<String>,
-    /// What the points are compared with.
+    /// Reference of the comparison.
     #[serde(default)]
     pub against: Against,
     /// Cycles of each point.
@@ -191,7 +191,7 @@ pub struct AskSensitivity {
     /// Factors; all by default.
     #[serde(default)]
     pub factors: Option<Vec<String>>,
-    /// What the variance is over.
+    /// Unit over which the variance is taken.
     #[serde(default)]
     pub over: Over,
     /// Shares that add up to one, too.
@@ -287,7 +287,7 @@ pub struct AskCalibrateTotals {
     pub study: AskedStudy,
     /// Name of the file with the table: one row a trip, or a fill.
     pub table: String,
-    /// Which column is what, as of `--map`.
+    /// Columns of the quantities, as of `--map`.
     #[serde(default)]
     pub map: Vec<String>,
     /// Master seed.

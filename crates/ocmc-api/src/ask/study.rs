@@ -1,4 +1,4 @@
-//! What a study says: its keys, the text of its file, and how it differs from another one.
+//! Contents of a study: its keys, the text of its file, and its differences from another one.
 
 use super::opened;
 use super::question::AskedStudy;
@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 /// A law of a study is one value.
 const LAW: &str = "distribution";
 
-/// What a study says.
+/// Contents of a study.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct StudyAnswer {
     /// Its name.

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// Most steps of an answer.
 const MOST_STEPS: usize = 2000;
 
-/// What a trip does.
+/// Course of a trip.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct TripAnswer {
     /// Id of the cycle.
@@ -20,7 +20,7 @@ pub struct TripAnswer {
     pub columns: BTreeMap<&'static str, Vec<Option<f64>>>,
 }
 
-/// What a column is called that counts what a step adds.
+/// Prefix of the columns that count additions of a step.
 const ADDED: &str = "_added_";
 
 /// Drives one cycle.
@@ -37,7 +37,7 @@ pub(super) fn trip(study: &LoadedStudy, seed: u64, cycle: u64) -> TripAnswer {
     TripAnswer { cycle, columns: columns.collect() }
 }
 
-/// What steps add from one of the rows that [`thinned`] leaves to the next.
+/// Sums of the additions of steps from one of the rows that [`thinned`] leaves to the next.
 fn sums(values: &[f64], most: usize) -> Vec<f64> {
     let mut total = 0.0;
     let so_far: Vec<f64> = values

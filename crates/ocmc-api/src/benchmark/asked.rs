@@ -121,8 +121,8 @@ impl Asked {
         }
         if self.known.contains(&Covariate::Speed) {
             remarks.push(
-                "trips are adjusted for their mean speed, which tells the roads: a driver is compared \
-                 at the speed that was driven"
+                "trips are adjusted for their mean speed, which tells the roads: a driver is \
+                 compared at the speed that was driven"
                     .to_owned(),
             );
         }
@@ -240,7 +240,8 @@ impl Asked {
         (columns, width..end)
     }
 
-    /// A column a route but for the first; none where most rows name none, or too many for the rows.
+    /// A column a route but for the first; none where most rows name none, or too many for the
+    /// rows.
     fn routes(&self, others: usize) -> Vec<Vec<f64>> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for row in &self.rows {

@@ -25,8 +25,8 @@ pub struct Compared {
     pub is_within_trucks: bool,
     /// Whether routes are adjusted for.
     pub is_of_same_routes: bool,
-    /// Change of the consumption, all else equal, as a share; none where it cannot be told from what
-    /// else differs.
+    /// Change of the consumption, all else equal, as a share; none where it cannot be told from
+    /// what else differs.
     pub change: Option<f64>,
     /// Its 95 % interval.
     pub ci95: Option<[f64; 2]>,

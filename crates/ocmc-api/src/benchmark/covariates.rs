@@ -34,7 +34,7 @@ pub enum Covariate {
     Speed,
     /// Day of the year, as a first harmonic.
     Season,
-    /// Which of the table's routes: of these the study knows nothing.
+    /// Route in the table, of which the study knows nothing.
     Route,
 }
 

@@ -47,7 +47,7 @@ pub enum BenchmarkContrast {
 pub struct BenchmarkRequest<'a> {
     /// One row a trip, or a fill.
     pub trips: Source,
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// The study, and what it is called.
     pub study: (String, &'a LoadedStudy),
@@ -68,7 +68,7 @@ pub struct BenchmarkRequest<'a> {
 /// A covariate, and how far it makes trucks differ.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct AdjustedFor {
-    /// What.
+    /// Covariate.
     pub covariate: Covariate,
     /// Whether the study expects something of it.
     pub by_study: bool,

@@ -24,7 +24,8 @@ pub(super) const CHECKED_FIRST: u64 = MEMBERS * TRIPS;
 pub(super) const ASKED: u64 = 24;
 /// Entries of judged numbers that move: the largest.
 const ENTRIES: usize = 20;
-/// Ends of a range, in scores, whose prior is N(0, 1): an end is one SD, as `doubt` adds its ends up.
+/// Ends of a range, in scores, whose prior is N(0, 1): an end is one SD, as `doubt` adds its ends
+/// up.
 pub(super) const END: f64 = 1.0;
 /// How far the design reaches, in scores.
 const REACH: f64 = 2.0;

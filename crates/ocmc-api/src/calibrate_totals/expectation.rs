@@ -11,8 +11,8 @@ use serde::Serialize;
 /// Key of the draws of noise: no member of a design has it.
 const NOISE: u64 = 1 << 32;
 
-/// Simulated trips of a study with the noise of a table, as they are expected given what is known of
-/// a trip.
+/// Simulated trips of a study with the noise of a table, as they are expected given what is known
+/// of a trip.
 pub(super) struct Expectation {
     emulator: Emulator,
     /// Residuals of the simulated trips over their SDs, in order.
@@ -65,8 +65,8 @@ impl Expectation {
         Self { emulator, residuals, shift, of_level: 1.0 / rows.totals.len() as f64 }
     }
 
-    /// The rows of a table, each beside what is expected of it; none where nothing is known of their
-    /// weights and is of those that it was calibrated on.
+    /// The rows of a table, each beside what is expected of it; none where nothing is known of
+    /// their weights and is of those that it was calibrated on.
     pub(super) fn of(&self, rows: &Rows) -> Vec<HeldBackTrip> {
         let is_known = rows.has_gross() || !self.emulator.known().gross;
         rows.totals.iter().filter(|_| is_known).map(|row| self.of_row(row)).collect()

@@ -1,5 +1,5 @@
-//! Checks of a table of totals against the study that it is compared with. Some errors of tables look
-//! like a fleet of its own; they are named where a figure gives them away.
+//! Checks of a table of totals against the study that it is compared with. Some errors of tables
+//! look like a fleet of its own; they are named where a figure gives them away.
 
 use crate::totals_rows::Rows;
 use ocmc_estimation::calibration::totals::{Posterior, Response};
@@ -7,17 +7,18 @@ use ocmc_io::intake::Finding;
 use ocmc_io::number_text::{percent, rounded};
 use ocmc_io::trip_totals::{Amount, TripTotals};
 
-/// Largest squared length of the scores, and largest score, of a fleet that is like the study: of 20
-/// numbers one fleet in two has more than 20 by the prior alone where all are known, and hardly any does
-/// where the data move a few of them (tried on 40 invented fleets: loads as gross weights came to 40).
+/// Largest squared length of the scores, and largest score, of a fleet that is like the study: of
+/// 20 numbers one fleet in two has more than 20 by the prior alone where all are known, and hardly
+/// any does where the data move a few of them (tried on 40 invented fleets: loads as gross weights
+/// came to 40).
 const MOST_SQUARE: f64 = 20.0;
 const MOST_SCORE: f64 = 3.0;
-/// Part of the empty truck's mass below which a gross weight is none, be the scales 5 % and the mass 8 %
-/// off, and share of such rows.
+/// Part of the empty truck's mass below which a gross weight is none, be the scales 5 % and the
+/// mass 8 % off, and share of such rows.
 const EMPTY: f64 = 0.8;
 const MOST_BELOW: f64 = 0.03;
-/// Consumption over that of the study with the same loads, outside which a unit may be another one: a
-/// kilogram of diesel is 1.2 L.
+/// Consumption over that of the study with the same loads, outside which a unit may be another one:
+/// a kilogram of diesel is 1.2 L.
 const LEVELS: [f64; 2] = [0.89, 1.16];
 /// Residual, in SDs, of a row that is far from all others.
 const FAR: f64 = 4.0;
@@ -73,7 +74,8 @@ fn level(Judged { table, level: [mean, expected], unit, .. }: &Judged) -> Option
     let [low, high] = LEVELS;
     let outside = ratio < low || ratio > high;
     let text = format!(
-        "the table's mean is {} {unit}: {} % of what the study takes with the same loads, {} {unit}",
+        "the table's mean is {} {unit}: {} % of what the study takes with the same loads, {} \
+         {unit}",
         rounded(*mean),
         percent(ratio),
         rounded(*expected)
@@ -92,14 +94,15 @@ fn level(Judged { table, level: [mean, expected], unit, .. }: &Judged) -> Option
     outside.then(|| Finding::warned("unusual-level", [ratio, bound], text, remedy))
 }
 
-/// Breaks inside of driving times: some trips that are far too slow, or speeds as breaks leave them.
+/// Breaks inside of driving times: some trips that are far too slow, or speeds as breaks leave
+/// them.
 fn slow(Judged { rows, posterior, breaks, .. }: &Judged) -> Option<Finding> {
     let place = rows.responses.iter().position(|response| *response == Response::Speed)?;
     let below = posterior.residuals.iter().filter(|r| r[place] < SLOW).count();
     let share = below as f64 / posterior.residuals.len() as f64;
     let breaks = breaks.unwrap_or(0.0);
-    let remedy = "are breaks, loading or waiting inside? Give driving times without them, or leave the \
-                  column out: too slow trips make drag look small";
+    let remedy = "are breaks, loading or waiting inside? Give driving times without them, or leave \
+                  the column out: too slow trips make drag look small";
     if below > 1 && share > MOST_SLOW {
         let text = format!(
             "{} % of the trips are far slower than the others with their loads and lengths",
@@ -108,8 +111,8 @@ fn slow(Judged { rows, posterior, breaks, .. }: &Judged) -> Option<Finding> {
         return Some(Finding::warned("slow-trips", [share, MOST_SLOW], text, remedy));
     }
     let text = format!(
-        "speeds lie as breaks would have them, {} SDs of the fleets that are plausible: slow and wide \
-         apart, most on short trips",
+        "speeds lie as breaks would have them, {} SDs of the fleets that are plausible: slow and \
+         wide apart, most on short trips",
         rounded(breaks)
     );
     (breaks > MOST_BREAKS)
@@ -129,7 +132,8 @@ fn unlike(Judged { posterior, .. }: &Judged) -> Option<Finding> {
     let square: f64 = posterior.scores.iter().map(|z| z * z).sum();
     let largest = posterior.scores.iter().fold(0.0_f64, |most, z| most.max(z.abs()));
     let text = format!(
-        "the judged numbers had to go far for this table: squares of their scores {}, the largest {}",
+        "the judged numbers had to go far for this table: squares of their scores {}, the largest \
+         {}",
         rounded(square),
         rounded(largest)
     );

@@ -1,10 +1,11 @@
 //! The calibrated study with the quantiles of the table, as far as its rows know them, and with the
 //! answers that are printed.
 //!
-//! The likelihood of the rows knows the spread of trips by their variances alone, of at most 150 rows:
-//! P5 and P95 of the study are some 3 % off. What a change does is known better over all members of
-//! the design than at any one study. So its scores move, the most probable way, to where the quantiles
-//! are those of the rows and of the study, weighed by their errors, and changes do what is printed.
+//! The likelihood of the rows knows the spread of trips by their variances alone, of at most 150
+//! rows: P5 and P95 of the study are some 3 % off. What a change does is known better over all
+//! members of the design than at any one study. So its scores move, the most probable way, to where
+//! the quantiles are those of the rows and of the study, weighed by their errors, and changes do
+//! what is printed.
 
 use super::design::{CHECKED_FIRST, Design, Driven, change};
 use super::question::Question;
@@ -25,8 +26,8 @@ pub(super) const CHECKED: u64 = 3200;
 const ROUNDS: u64 = 2;
 /// Most that a score moves.
 const MOST_MOVE: f64 = 0.5;
-/// Errors of quantiles and of changes, as shares, that are small enough: more would follow directions
-/// that the table does not know.
+/// Errors of quantiles and of changes, as shares, that are small enough: more would follow
+/// directions that the table does not know.
 const TOLERANCES: [f64; 2] = [0.01, 1e-3];
 /// Trips of a round, and of each question in it.
 const ROUND: u64 = 1600;

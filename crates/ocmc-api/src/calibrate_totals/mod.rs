@@ -61,7 +61,7 @@ const NORMAL_95: f64 = 1.644_853_626_951_472_2;
 pub struct CalibrateTotalsRequest<'a> {
     /// One row a trip, or a fill.
     pub trips: Source,
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// The study.
     pub study: &'a LoadedStudy,

@@ -37,8 +37,8 @@ impl Shape {
         Self::with(amount / lengths.iter().sum::<f64>(), each).0
     }
 
-    /// The table's mean, and the quantiles of its `n` rows and of a calibrated study, weighed by their
-    /// errors: that of rows is √(p (1 − p)/n)/f, with the density f of the study's trips.
+    /// The table's mean, and the quantiles of its `n` rows and of a calibrated study, weighed by
+    /// their errors: that of rows is √(p (1 − p)/n)/f, with the density f of the study's trips.
     pub(super) fn together(&self, study: &Self, trips: &[f64], n: f64) -> Self {
         let middle = quantile(trips, 0.5);
         let weighed = |p: f64, of_rows: f64, of_study: f64| {

@@ -20,7 +20,7 @@ use ocmc_io::study::{LoadedStudy, commented};
 use std::fmt::Write;
 use std::path::Path;
 
-/// What a study has driven.
+/// Run of one study.
 #[derive(Clone, Debug)]
 pub(crate) struct KeptRun {
     manifest: Manifest,
@@ -45,7 +45,7 @@ pub(crate) fn kept_runs(
     runs.collect()
 }
 
-/// What the files of a study are called: `a`, `b` and so on.
+/// Letter of a study's files: `a`, `b` and so on.
 fn letter(study: usize) -> String {
     match u8::try_from(study) {
         Ok(place @ 0..26) => char::from(b'a' + place).to_string(),

@@ -54,18 +54,18 @@ pub struct CompareAnswer {
     pub(crate) plan: RunPlan,
     pub(crate) driven: u64,
     pub(crate) wall_s: f64,
-    /// What each study has driven, where that was to be kept.
+    /// Run of each study, where it was to be kept.
     pub(crate) kept: Vec<KeptRun>,
 }
 
 /// How a study B differs from the baseline A.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ComparedStudies {
-    /// What A is called.
+    /// Name of A.
     pub study_a: String,
     /// Hash of the resolved study A.
     pub study_hash_a: String,
-    /// What B is called.
+    /// Name of B.
     pub study_b: String,
     /// Hash of the resolved study B.
     pub study_hash_b: String,
@@ -81,7 +81,7 @@ pub struct ComparedStudies {
     pub judged: Option<JudgedDifference>,
     /// The keys in which they differ, what differs most first.
     pub differing_keys: Vec<KeyDifference>,
-    /// Which of them costs less; none where they have not both prices in one currency.
+    /// Difference in cost; none where they have not both prices in one currency.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cost: Option<Box<CostDifference>>,
 }
@@ -219,7 +219,10 @@ impl JsonSchema for CompareAnswer {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let one = generator.subschema_for::<ComparedStudies>();
         let several = generator.subschema_for::<Vec<ComparedStudies>>();
-        json_schema!({ "description": "Of two studies one comparison, of more a list", "anyOf": [one, several] })
+        json_schema!({
+            "description": "Of two studies one comparison, of more a list",
+            "anyOf": [one, several]
+        })
     }
 }
 
@@ -308,7 +311,7 @@ fn comparison_text(comparison: &Comparison, names: [&str; 2]) -> String {
     text
 }
 
-/// What the pairs tell, line by line.
+/// Results of the pairs, line by line.
 fn difference_lines(
     comparison: &Comparison,
     [a, b, difference]: [f64; 3],

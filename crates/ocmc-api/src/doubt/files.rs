@@ -24,8 +24,8 @@ pub(crate) struct KeptStudies {
 }
 
 impl DoubtAnswer {
-    /// Writes it to a directory, which is made and has to be empty: `doubt.json`, `doubt.csv` with a
-    /// row an entry, the studies, and `report.html`, which opens offline.
+    /// Writes it to a directory, which is made and has to be empty: `doubt.json`, `doubt.csv` with
+    /// a row an entry, the studies, and `report.html`, which opens offline.
     ///
     /// # Errors
     /// [`Error::NotEmpty`] where something is in it, [`Error::File`] where it cannot be written.

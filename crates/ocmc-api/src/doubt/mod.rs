@@ -433,8 +433,8 @@ pub(crate) fn cycles_of_difference(studies: &[&LoadedStudy], plan: &RunPlan) -> 
     (each, 4 * each * entries)
 }
 
-/// Drives the entries of both that matter most. `before`: what the two have driven of the plan. None
-/// where no number of either is judged.
+/// Drives the entries of both that matter most. `before`: what the two have driven of the plan.
+/// None where no number of either is judged.
 pub(crate) fn of_difference(
     quantity: &NamedQuantity,
     studies: &[&LoadedStudy],

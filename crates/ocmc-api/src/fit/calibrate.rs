@@ -16,7 +16,7 @@ use ocmc_io::study::{FittedPart, LoadedStudy};
 use serde_json::to_value;
 use std::ops::ControlFlow;
 
-/// What was measured.
+/// Table of measurements.
 #[derive(Clone, Debug)]
 pub enum MeasuredTable<'a> {
     /// One row a curve, and which column is what.
@@ -28,7 +28,7 @@ pub enum MeasuredTable<'a> {
 /// A measured table of curves, and the study that is to give it back.
 #[derive(Clone, Debug)]
 pub struct CalibrateCurveSpeedRequest<'a> {
-    /// What was measured.
+    /// Table of measurements.
     pub table: MeasuredTable<'a>,
     /// The study.
     pub study: &'a LoadedStudy,
@@ -93,7 +93,7 @@ pub fn calibrate_curve_speed(
     Ok(FitAnswer::new(fit, &text, warnings, &part))
 }
 
-/// What a reader of the law has to know.
+/// Limits of the law that a reader has to know.
 fn warnings(fit: &CurveSpeedCalibration) -> Vec<String> {
     let mut warnings = Vec::new();
     if !fit.solved {

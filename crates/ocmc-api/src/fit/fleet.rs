@@ -27,18 +27,18 @@ const MOST_MEMBERS: usize = 20;
 pub struct FleetRequest {
     /// One row a trip, or the directory of a run.
     pub records: Source,
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// The column that is compared; where none is named, the consumption: that of fuel, or where
     /// no trip has one, that of electricity.
     pub column: Option<String>,
     /// The column that says how much a trip counts: its variance is inverse to that.
     pub weight: Option<String>,
-    /// What counts, and what is asked.
+    /// Criteria of the records that count, and the question.
     pub options: FleetOptions,
 }
 
-/// What the records of a fleet tell.
+/// Results from the records of a fleet.
 #[derive(Clone, Debug, Serialize)]
 pub struct FleetAnswer {
     /// The column that was compared.
@@ -48,7 +48,7 @@ pub struct FleetAnswer {
     /// The estimates.
     #[serde(flatten)]
     pub fit: FleetFit,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
     /// The difference that was to be told apart, as a share of the mean.
     pub differ: f64,
@@ -67,8 +67,8 @@ const NO_WEIGHT: &str = "none";
 /// use ocmc_api::{Answer, FleetOptions, FleetRequest, Source, fit_fleet};
 /// let folder = tempfile::tempdir().expect("a directory");
 /// let file = folder.path().join("records.csv");
-/// let records = "truck_id,consumption_l_per_100km\na,30.1\na,31.9\na,30.8\nb,33.5\nb,32.0\nb,33.1\n\
-///                c,29.0\nc,30.2\nc,28.1\n";
+/// let records = "truck_id,consumption_l_per_100km\na,30.1\na,31.9\na,30.8\nb,33.5\nb,32.0\n\
+///                b,33.1\nc,29.0\nc,30.2\nc,28.1\n";
 /// std::fs::write(&file, records).expect("space");
 /// let request = FleetRequest {
 ///     records: Source::File(file),
@@ -189,7 +189,7 @@ fn with_interval(value: f64, [low, high]: [f64; 2], factor: f64) -> String {
     format!("{value} ({low} ; {high})")
 }
 
-/// What a level is called between two of it.
+/// Plural of a level's name.
 fn plural(level: &str) -> &str {
     match level {
         "truck" => "trucks",
@@ -242,7 +242,8 @@ impl FleetAnswer {
         let rows = self.fit.components.iter().map(row);
         let weighted = match &self.weight {
             Some(weight) => format!(
-                "Trips count by {weight}; the SD between trips is that of a trip of mean {weight}.\n"
+                "Trips count by {weight}; the SD between trips is that of a trip of mean \
+                 {weight}.\n"
             ),
             None => "Each trip counts once.\n".to_owned(),
         };
@@ -320,7 +321,7 @@ fn short_percent(share: f64) -> String {
     format!("{}", (1e6 * share).round() / 1e4)
 }
 
-/// Which two are told apart; `both` where trucks and drivers are two levels.
+/// Two levels that are told apart; `both` where trucks and drivers are two levels.
 fn question(of: &TellingApart, both: bool) -> String {
     let two = match of.level {
         "truck" => "two trucks",
@@ -344,7 +345,7 @@ fn cut(label: &str) -> String {
     label.chars().take(24).collect()
 }
 
-/// That there are more.
+/// Remark that there are more.
 fn more(count: usize) -> String {
     let more = count.saturating_sub(MOST_MEMBERS);
     if more == 0 {

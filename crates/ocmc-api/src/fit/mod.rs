@@ -38,7 +38,7 @@ pub use ocmc_estimation::fit::speed_change::SpeedChangeOptions;
 pub use ocmc_estimation::log::road::RoadOptions;
 pub use ocmc_io::intake::table::clock::PlaceClock;
 
-/// What measurements tell.
+/// Results of measurements.
 #[derive(Clone, Debug, Serialize)]
 pub struct FitAnswer<Fit> {
     /// The estimates.
@@ -46,7 +46,7 @@ pub struct FitAnswer<Fit> {
     pub fit: Fit,
     /// The part of a study that follows from them.
     pub study: Value,
-    /// What was read.
+    /// Files that were read.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<FileAccount>,
     #[serde(skip)]
@@ -117,11 +117,11 @@ fn first_of(tables: &[Source]) -> &Path {
 pub struct CurveSpeedRequest<'a> {
     /// One row a curve.
     pub curves: Source,
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// The study that keeps what curves do not tell.
     pub base: &'a StudyModel,
-    /// Which curves count, and how.
+    /// Criteria of the curves that count, and the method.
     pub options: CurveSpeedOptions,
     /// The population from the censored regression at the speed limits.
     pub tobit: bool,
@@ -171,11 +171,11 @@ pub fn fit_curve_speed(request: &CurveSpeedRequest) -> Result<FitAnswer<CurveSpe
 pub struct SpeedChangeRequest<'a> {
     /// Tables with one row a change, or logs; one at least.
     pub tables: &'a [Source],
-    /// Which column of a log is what.
+    /// Columns of a log.
     pub mappings: Vec<Mapping>,
     /// The study that keeps what was not measured.
     pub base: &'a StudyModel,
-    /// What counts as a change.
+    /// Criteria of a change.
     pub options: SpeedChangeOptions,
     /// The study from the laws with the thresholds in their likelihood.
     pub untruncated: bool,
@@ -235,7 +235,7 @@ pub fn fit_speed_change(
 pub struct OperatingCycleRequest<'a> {
     /// Operating cycles and logs.
     pub roads: &'a [RoadSource<'a>],
-    /// Which column of a log is what; where one is said, all files are logs.
+    /// Columns of a log; where one is said, all files are logs.
     pub mappings: Vec<Mapping>,
     /// The study with these road types that keeps what roads do not tell.
     pub base: &'a StudyModel,
@@ -244,7 +244,7 @@ pub struct OperatingCycleRequest<'a> {
     /// Radii of the curves that are known; those of `options` for logs, all for operating cycles
     /// where there are none.
     pub radius_range_m: Option<[f64; 2]>,
-    /// What the steering wheel does, for logs that only have its angle.
+    /// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
     pub steering: Option<Steering>,
 }
 
@@ -362,7 +362,7 @@ enum ReadRoad {
     Log(Box<FoundRoads>),
 }
 
-/// What messages call the roads: by the first one.
+/// Name of the roads in messages: that of the first one.
 fn source<'a>(roads: &'a [RoadSource]) -> &'a Path {
     match roads.first() {
         Some(RoadSource::Measured(source)) => source.path(),
@@ -375,7 +375,7 @@ fn source<'a>(roads: &'a [RoadSource]) -> &'a Path {
 pub struct TrafficRequest<'a> {
     /// One row a measurement.
     pub table: Source,
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// The study that keeps what was not measured.
     pub base: &'a StudyModel,
@@ -388,7 +388,7 @@ pub struct TrafficRequest<'a> {
 pub struct WeatherRequest<'a> {
     /// The tables, which are joined by time.
     pub tables: &'a [Source],
-    /// Which of their columns is what, where their names do not say it.
+    /// Columns of the quantities, where their names do not say it.
     pub mappings: Vec<Mapping>,
     /// The study that keeps what was not measured.
     pub base: &'a StudyModel,

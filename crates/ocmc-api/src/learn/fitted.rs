@@ -185,8 +185,8 @@ impl Fits {
         let command = "fit operating-cycle";
         if roads.roads.len() < FEWEST {
             let reason = format!(
-                "a road model of so few is further off than the one that is judged, which totals can \
-                 still move; allowed are {FEWEST} or more"
+                "a road model of so few is further off than the one that is judged, which totals \
+                 can still move; allowed are {FEWEST} or more"
             );
             self.parts.push(LearntPart { what, command, sources, refused: Some(reason) });
             return;
@@ -271,9 +271,9 @@ pub(super) fn laid(
     Ok((text(parts)?.0, study))
 }
 
-/// The part of a road model that tracks without limits tell: the limits of their speed have told the
-/// types of their roads, of which they know the hills; such limits are no signs, and change more often
-/// than the types of roads do.
+/// The part of a road model that tracks without limits tell: the limits of their speed have told
+/// the types of their roads, of which they know the hills; such limits are no signs, and change
+/// more often than the types of roads do.
 fn hills_and_missions(mut values: Value) -> Value {
     let is_told = |key: &str| key.starts_with("mission.") || key.contains(".topography.");
     if let Some(road) = values.get_mut("road").and_then(Value::as_object_mut) {

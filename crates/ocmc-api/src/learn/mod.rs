@@ -1,5 +1,5 @@
-//! A study learnt from the files of a fleet: what can be fitted is fitted, the rest is calibrated to
-//! the totals of its trips, and what nothing tells stays as it was.
+//! A study learnt from the files of a fleet: what can be fitted is fitted, the rest is calibrated
+//! to the totals of its trips, and what nothing tells stays as it was.
 
 mod doubted;
 mod fitted;
@@ -35,7 +35,7 @@ pub use held_back::HeldBack;
 pub struct LearnRequest<'a> {
     /// The folder.
     pub folder: PathBuf,
-    /// Which column is what, in all tables that have such a column.
+    /// Columns of the quantities, in all tables that have such a column.
     pub mappings: Vec<Mapping>,
     /// The study that keeps what is not learnt, and its name or file.
     pub base: (String, &'a LoadedStudy),
@@ -112,8 +112,8 @@ pub struct LearnAnswer {
 /// ```
 ///
 /// # Errors
-/// [`Error::SmallShare`] where a share is out of its range, [`Error::File`] where the folder cannot be
-/// read, [`Error::NothingToLearn`] where nothing in it tells anything, [`Error::Interrupted`].
+/// [`Error::SmallShare`] where a share is out of its range, [`Error::File`] where the folder cannot
+/// be read, [`Error::NothingToLearn`] where nothing in it tells anything, [`Error::Interrupted`].
 pub fn learn(request: &LearnRequest, watch: &mut Watch) -> Result<LearnAnswer, Error> {
     request.noise.check()?;
     if !(0.0..=0.5).contains(&request.hold_back) {

@@ -47,8 +47,8 @@ pub struct MixedFleetRequest<'a> {
     pub threads: Option<usize>,
     /// Instructions to use.
     pub level: CpuLevel,
-    /// Directory in which each group has its run, and the whole its answer and page; and the format of
-    /// the records.
+    /// Directory in which each group has its run, and the whole its answer and page; and the format
+    /// of the records.
     pub out: Option<(PathBuf, RecordFormat)>,
     /// Whether runs of groups that are there are finished.
     pub resume: bool,
@@ -332,7 +332,7 @@ impl MixedFleetAnswer {
         self.groups.iter().filter_map(of).collect()
     }
 
-    /// What judged numbers add to the doubt of each group, a line each.
+    /// Contributions of judged numbers to the uncertainty of each group, a line each.
     fn doubts(&self) -> String {
         let doubts = self.groups.iter().map(|GroupAnswer { group, run, .. }| {
             let judged = judged(&run.summary, WIDTH - group.chars().count() - 2);

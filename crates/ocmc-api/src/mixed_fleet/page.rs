@@ -16,7 +16,8 @@ use std::path::Path;
 const SHARED: &str = "WTW CO2e";
 
 impl MixedFleetAnswer {
-    /// Writes the answer and its page, one HTML file that opens offline, beside the runs of the groups.
+    /// Writes the answer and its page, one HTML file that opens offline, beside the runs of the
+    /// groups.
     pub(super) fn save(&self, directory: &Path) -> Result<(), Error> {
         for (name, text) in [(FLEET, self.to_indented_json()), (REPORT, self.page())] {
             let path = directory.join(name);
@@ -49,15 +50,15 @@ impl MixedFleetAnswer {
         };
         add(
             "How many can be electric",
-            "Trucks of a group of which all trips, or 95 % of them, arrive with the battery of another \
-             one.",
+            "Trucks of a group of which all trips, or 95 % of them, arrive with the battery of \
+             another one.",
             &ARRIVALS,
             self.arrivals().into_iter().map(Vec::from).collect(),
         );
         add(
             "Trips",
-            "Mean of the trips of a group, total over total, with its 95 % interval, and quantiles that \
-             count each trip once.",
+            "Mean of the trips of a group, total over total, with its 95 % interval, and quantiles \
+             that count each trip once.",
             &CONSUMPTIONS,
             self.consumptions().into_iter().map(Vec::from).collect(),
         );

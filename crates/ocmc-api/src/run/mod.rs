@@ -1,4 +1,4 @@
-//! What a fleet adds up to: a study is driven, or what is given is driven by its population.
+//! Totals of a fleet: a study is driven, or given drives are driven by its population.
 
 mod charging_text;
 mod parts_text;
@@ -36,12 +36,12 @@ pub use ocmc_fleet::run::{MOST_THREADS, RunPlan};
 pub use ocmc_io::records::RecordFormat;
 pub use ocmc_io::run_directory::{MANIFEST, Manifest, RunDirectoryError, SUMMARY};
 
-/// What is driven.
+/// Drives to be run.
 #[derive(Clone, Debug)]
 pub struct RunRequest<'a> {
     /// The study.
     pub study: &'a LoadedStudy,
-    /// What is driven instead of its roads.
+    /// Drives that replace its roads.
     pub given: &'a GivenDrive,
     /// The cycles, and on what they are driven.
     pub plan: RunPlan,
@@ -58,7 +58,7 @@ pub struct ResumeRequest<'a> {
     pub directory: &'a Path,
     /// The files that its study may name.
     pub files: &'a Files,
-    /// What it is said to have been given to drive; nothing has to be said.
+    /// Drives that it is said to have been given; nothing has to be said.
     pub given: &'a GivenDrive,
     /// Threads; one for each CPU where there is no number.
     pub threads: Option<usize>,
@@ -68,12 +68,12 @@ pub struct ResumeRequest<'a> {
     pub level: CpuLevel,
 }
 
-/// What a run adds up to.
+/// Totals of a run.
 #[derive(Clone, Debug)]
 pub struct RunAnswer {
-    /// What the run is.
+    /// Manifest of the run.
     pub manifest: Manifest,
-    /// What its cycles add up to.
+    /// Totals of its cycles.
     pub summary: RunSummary,
     /// Where its study comes from.
     pub origin: Origin,
@@ -81,9 +81,9 @@ pub struct RunAnswer {
     pub resumed: u64,
     /// How it ended.
     pub ended: RunEnd,
-    /// What was read of files that are driven.
+    /// Files with drives that were read.
     pub inputs: Vec<FileAccount>,
-    /// What has to be known of what was given.
+    /// Doubts about the given drives.
     pub doubts: Vec<String>,
 }
 
@@ -221,8 +221,8 @@ enum Stop {
     Unwritten(RunDirectoryError),
 }
 
-/// Drives a run, unless its records are known: all of it, or what is left of it, where `fleet` holds
-/// what was driven before.
+/// Drives a run, unless its records are known: all of it, or what is left of it, where `fleet`
+/// holds what was driven before.
 fn drive(
     study: &Study,
     given: &GivenDrive,
@@ -318,7 +318,7 @@ fn on_both_sides(
 }
 
 impl RunAnswer {
-    /// Of a run that is read back.
+    /// Answer of a run that is read back.
     pub(crate) fn stored(manifest: Manifest, summary: RunSummary, ended: RunEnd) -> Self {
         let origin = Origin::BuiltIn(manifest.study.clone());
         Self {

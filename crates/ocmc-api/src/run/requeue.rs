@@ -15,7 +15,8 @@ use std::path::Path;
 /// Trucks of a run where nothing is said of their number.
 const LEAST_TRUCKS: u64 = 20;
 
-/// What a run is said to be. What is not said is that of the run that is there, or the default.
+/// Stated properties of a run. A property that is not stated is that of the run that is there, or
+/// the default.
 #[derive(Clone, Debug, Default)]
 pub struct Asked<'a> {
     /// Name of a built-in study, or a study file; `field-truck` by default.
@@ -24,7 +25,7 @@ pub struct Asked<'a> {
     pub loaded: Option<&'a LoadedStudy>,
     /// The files that it may name.
     pub files: Files,
-    /// What is set in it.
+    /// Keys that are set in it.
     pub sets: &'a [String],
     /// Master seed; 1 by default.
     pub seed: Option<u64>,
@@ -83,7 +84,7 @@ impl Asked<'_> {
         self.trucks.map(|trucks| trucks.saturating_mul(trips_per_truck)).or(self.cycles)
     }
 
-    /// What is said otherwise than it is in a run that is there.
+    /// Properties that are stated otherwise than in a run that is there.
     fn differences(&self, manifest: &Manifest, given: &GivenDrive) -> Result<Vec<String>, Error> {
         let mut found = Vec::new();
         let mut compare = |name: &str, asked: Option<u64>, has: u64| match asked {
@@ -157,9 +158,9 @@ fn leaves(value: &Value, path: &str, found: &mut BTreeMap<String, Value>) {
 pub struct RequeueRequest<'a> {
     /// Its directory.
     pub directory: &'a Path,
-    /// What it is said to be.
+    /// Stated properties of the run.
     pub asked: Asked<'a>,
-    /// What is driven instead of the study's roads.
+    /// Drives that replace the study's roads.
     pub given: &'a GivenDrive,
     /// Threads; one for each CPU where there is no number.
     pub threads: Option<usize>,

@@ -76,7 +76,7 @@ fn heading(answer: &RunAnswer, run: &RunSummary) -> String {
     .concat()
 }
 
-/// What was asked for, and what came of it.
+/// Precision that was asked for, and that was reached.
 fn precision(reached: &Reached) -> String {
     let Precision { of, wanted } = &reached.precision;
     let percent = |share: f64| format!("{} %", rounded_share(100.0 * share));

@@ -48,7 +48,7 @@ pub(super) fn trucks(summary: &Summary) -> String {
     text
 }
 
-/// Of how many trucks the trips arrive.
+/// Numbers of trucks whose trips arrive.
 fn arrivals(summary: &Summary) -> String {
     let mut text = String::new();
     for (k, arrivals) in summary.truck_arrivals.iter().enumerate() {

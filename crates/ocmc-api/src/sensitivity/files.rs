@@ -14,7 +14,7 @@ use ocmc_io::study::commented;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What the files of an analysis are made from.
+/// Sources of the files of an analysis.
 #[derive(Clone, Debug)]
 pub(crate) struct KeptDesign {
     pub(crate) design: Design,

@@ -1,4 +1,4 @@
-//! Which factors the spread between cycles comes from.
+//! Factors that cause the spread between cycles.
 
 mod files;
 
@@ -30,7 +30,7 @@ pub use ocmc_fleet::sensitivity::{Over, SensitivityError};
 /// Drivers of a crossed design.
 const DRIVERS: u64 = 30;
 
-/// What the variance is of, and to what it is shared out.
+/// Output whose variance is analysed, and the factors to which it is shared out.
 #[derive(Clone, Debug)]
 pub struct SensitivityRequest<'a> {
     /// The study.
@@ -41,7 +41,7 @@ pub struct SensitivityRequest<'a> {
     pub column: Option<String>,
     /// Names of the factors; all where there are none.
     pub factors: Option<Vec<String>>,
-    /// What the variance is over.
+    /// Unit over which the variance is taken.
     pub over: Over,
     /// A second opinion: so many cycles with each of 30 drivers, and the variance split two ways.
     pub crossed: Option<u64>,
@@ -76,7 +76,7 @@ pub struct SensitivityAnswer {
     pub wall_s: f64,
     /// Threads that it took.
     pub threads: usize,
-    /// What each cycle of the design gave, and the study, for [`SensitivityAnswer::save`].
+    /// Output of each cycle of the design, and the study, for [`SensitivityAnswer::save`].
     #[serde(skip)]
     pub(crate) kept: KeptDesign,
 }

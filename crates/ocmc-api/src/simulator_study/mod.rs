@@ -231,7 +231,7 @@ fn change_table<'a>(changes: impl Iterator<Item = &'a SimulatorChange>) -> Speed
     table
 }
 
-/// What the pictures show.
+/// Quantities in the pictures.
 fn first(
     curve_speed: &CurveSpeedFit,
     speed_change: &SpeedChangeFit,

@@ -1,5 +1,5 @@
-//! What is read off one drive of the simulator, as off a log: curves, speed changes, and the
-//! signals of its slopes.
+//! Measurements of one drive of the simulator, as off a log: curves, speed changes, and the signals
+//! of its slopes.
 
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::study::Study;

@@ -7,7 +7,7 @@ use ocmc_io::number_text::{count_of, grouped, rounded};
 use std::fmt::Write;
 
 impl SimulatorStudyAnswer {
-    /// What was driven.
+    /// Facts of the drive.
     pub(super) fn facts(&self) -> Vec<(&'static str, String)> {
         let repetitions = count_of(self.repetitions, "repetition");
         vec![

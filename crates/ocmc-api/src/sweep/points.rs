@@ -10,8 +10,8 @@ use ocmc_io::table::words;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SweepPoints {
     keys: Vec<String>,
-    /// Of each point the values in the order of the keys, as `--set` takes them; none where the
-    /// point leaves a key as the study has it.
+    /// Values of each point in the order of the keys, as `--set` takes them; none where the point
+    /// leaves a key as the study has it.
     rows: Vec<Vec<Option<String>>>,
 }
 
@@ -32,8 +32,8 @@ impl SweepPoints {
     }
 
     /// The grid of the values of some keys, each combination a point: the last key goes through all
-    /// of its values before the one in front of it takes its next. A key with one value is no part of
-    /// it: its setting stands in front, for the study itself and so for all points.
+    /// of its values before the one in front of it takes its next. A key with one value is no part
+    /// of it: its setting stands in front, for the study itself and so for all points.
     ///
     /// ```
     /// use ocmc_api::SweepPoints;

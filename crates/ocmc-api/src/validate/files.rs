@@ -14,7 +14,7 @@ use std::path::Path;
 /// Most roads that get a picture.
 const MOST_PICTURES: usize = 40;
 
-/// That nothing is in a directory, where it is there.
+/// Checks that a directory, where it is there, is empty.
 ///
 /// # Errors
 /// As [`ValidateAnswer::save`].
@@ -84,7 +84,7 @@ impl ValidateAnswer {
         files
     }
 
-    /// What was driven, in a few words.
+    /// Drives of the validation, in a few words.
     fn over(&self) -> String {
         match (self.roads.as_slice(), self.drives.as_slice()) {
             ([only], _) => only.name.clone(),

@@ -51,7 +51,7 @@ const MOST_HELD: usize = 12;
 pub struct ValidateRequest<'a> {
     /// The logs.
     pub logs: &'a [Source],
-    /// Which column is what.
+    /// Columns of the quantities.
     pub mappings: Vec<Mapping>,
     /// The study with drivers and trucks.
     pub study: &'a LoadedStudy,
@@ -60,11 +60,11 @@ pub struct ValidateRequest<'a> {
     pub road: Option<&'a Path>,
     /// How roads are found in logs.
     pub options: RoadOptions,
-    /// What the steering wheel does, for logs that only have its angle.
+    /// Steering ratio and wheelbase, for logs that only have the steering wheel's angle.
     pub steering: Option<Steering>,
     /// Whether the standstills of a log are stops of the road that it shows.
     pub stops: bool,
-    /// What is taken from the road instead of being drawn from the study.
+    /// Parts that are taken from the road instead of being drawn from the study.
     pub keep: Vec<Keep>,
     /// The trips.
     pub plan: RunPlan,
@@ -83,11 +83,11 @@ pub struct ValidateAnswer {
     pub seed: u64,
     /// Independent trips on each road.
     pub trips: u64,
-    /// What of the road comes from the validated logs themselves: `limits`, `stops`.
+    /// Parts of the road that come from the validated logs themselves: `limits`, `stops`.
     pub circular: Vec<&'static str>,
     /// Unit of energy: `kg` of fuel, or `J` of the battery.
     pub energy_unit: &'static str,
-    /// What the truck stores.
+    /// Carrier that the truck stores.
     #[serde(skip)]
     pub carrier: Carrier,
     /// Scores over all drives.
@@ -98,7 +98,7 @@ pub struct ValidateAnswer {
     pub left_out: usize,
     /// The roads.
     pub roads: Vec<ValidatedRoad>,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
     /// How long it took, in s.
     pub wall_s: f64,
@@ -114,7 +114,7 @@ pub struct ValidatedDrive {
     pub score: DriveScore,
     /// Number of its road, from 0.
     pub road: usize,
-    /// What of the road comes from this drive: `limits`, `stops`.
+    /// Parts of the road that come from this drive: `limits`, `stops`.
     pub circular: Vec<&'static str>,
     /// The factor by which its way was stretched to the length of the road.
     pub stretched: f64,
@@ -123,7 +123,7 @@ pub struct ValidatedDrive {
 /// One road, and the speeds along it.
 #[derive(Clone, Debug, Serialize)]
 pub struct ValidatedRoad {
-    /// What it is called.
+    /// Name of the road.
     pub name: String,
     /// Length, in m.
     pub length_m: f64,
@@ -312,7 +312,7 @@ struct OnRoads {
     groups: Vec<Group>,
     /// Number of drives that lie on none.
     left_out: usize,
-    /// What was read.
+    /// Files that were read.
     inputs: Vec<FileAccount>,
 }
 
@@ -396,7 +396,7 @@ fn measured(
     Measured { name: drive.name.clone(), passage, part_m: placed.part_m, draw }
 }
 
-/// What of a road comes from the drive with this fingerprint.
+/// Parts of a road that come from the drive with this fingerprint.
 fn circular(road: &GivenCycle, fingerprint: &str) -> Vec<&'static str> {
     if road.source_log.as_deref() != Some(fingerprint) {
         return Vec::new();

@@ -15,7 +15,7 @@ const OF_DRIVE: [usize; 6] = [29, 11, 11, 20, 10, 8];
 const MOST_SHOWN: usize = 5;
 
 impl ValidateAnswer {
-    /// What comes from the validated logs themselves, in words; nothing where it does not.
+    /// Parts that come from the validated logs themselves, in words; nothing where there are none.
     pub(super) fn circle(&self) -> Option<String> {
         if self.circular.is_empty() {
             return None;
@@ -35,7 +35,7 @@ impl ValidateAnswer {
         ))
     }
 
-    /// What has been done, each fact with its name.
+    /// Facts of the validation, each with its name.
     pub(super) fn facts(&self) -> Vec<(&'static str, String)> {
         let roads = match self.roads.as_slice() {
             [only] => format!("{}, {} km", only.name, rounded(only.length_m / 1000.0)),

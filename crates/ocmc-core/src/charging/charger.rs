@@ -53,14 +53,14 @@ pub struct PublicChargerModel {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EnoughModel {
-    /// What has to be reached with the reserve.
+    /// Goal that has to be reached with the reserve.
     pub reach: Goal,
-    /// What is charged beyond the driver's forecast, `[charging.forecast]` with its margin, over the way.
+    /// Charge beyond the driver's forecast, `[charging.forecast]` with its margin, over the way.
     #[schemars(range(min = 0.0, max = 2.0))]
     pub margin: f64,
 }
 
-/// What a truck that leaves a charger has to reach.
+/// Goal of a truck that leaves a charger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Goal {

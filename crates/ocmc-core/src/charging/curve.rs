@@ -27,7 +27,8 @@ pub struct CurveAtTemperature {
     /// Temperature of the battery, in K.
     #[schemars(range(min = 233.15, max = 343.15))]
     pub temperature_k: f64,
-    /// Power at the battery's terminals at the states of charge of the curve, in W; it may not rise.
+    /// Power at the battery's terminals at the states of charge of the curve, in W; it may not
+    /// rise.
     #[schemars(inner(range(min = 100.0, max = 1.0e7)))]
     pub power_w: Vec<f64>,
 }

@@ -1,4 +1,4 @@
-//! What one charging was: where and when, and what the meter counted in each quarter of an hour.
+//! One charging: its time and place, and the meter's count in each quarter of an hour.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -53,14 +53,15 @@ pub struct ChargingEvent {
     pub begin_charge: f64,
     /// State of charge at its end.
     pub end_charge: f64,
-    /// What the store gained, in J.
+    /// Energy that the store gained, in J.
     pub charged_energy_j: f64,
-    /// What the meter counted while the truck was plugged in, its auxiliaries among it, in J.
+    /// Energy that the meter counted while the truck was plugged in, its auxiliaries among it, in
+    /// J.
     pub grid_energy_j: f64,
     /// Highest power at the meter, in W.
     pub peak_power_w: f64,
-    /// What the meter counted in each quarter of an hour of the clock, in J, from that of the begin
-    /// on.
+    /// Energy that the meter counted in each quarter of an hour of the clock, in J, from that of
+    /// the begin on.
     pub quarter_hours_j: Vec<f64>,
 }
 

@@ -1,9 +1,10 @@
-//! What drivers expect of the way to a charger, before they have driven it.
+//! Forecast by drivers of the way to a charger, before they have driven it.
 //!
 //! E = (1 + margin) e d + m g Δh + W, e = (E₀ L + e₀ L₀) / (L + L₀): what the trip has taken on L
-//! metres without its own climb and without the work of the body, E₀, and what he counts with before
-//! he has driven, e₀; L₀ = 20 km. A climb takes its potential energy, and a descent gives it back:
-//! what is lost meanwhile is in e. W is what the body of the truck takes at stops of the mission.
+//! metres without its own climb and without the work of the body, E₀, and what he counts with
+//! before he has driven, e₀; L₀ = 20 km. A climb takes its potential energy, and a descent gives it
+//! back: what is lost meanwhile is in e. W is what the body of the truck takes at stops of the
+//! mission.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,10 +19,10 @@ const EXPECTED_MPS: f64 = 20.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ForecastModel {
-    /// What a driver counts with before he has driven, in J/m: from then on what his trip takes.
+    /// Consumption that a driver expects before he has driven, in J/m: afterwards that of his trip.
     #[schemars(range(min = 100.0, max = 50_000.0))]
     pub consumption_j_per_m: f64,
-    /// What he adds to the forecast, over it.
+    /// Margin that he adds to the forecast, over it.
     #[schemars(range(min = 0.0, max = 2.0))]
     pub margin: f64,
 }
@@ -33,14 +34,15 @@ pub struct Driven {
     pub way_m: f64,
     /// Its driving time, in s.
     pub time_s: f64,
-    /// What the store has given, in J.
+    /// Energy that the store has given, in J.
     pub drawn_j: f64,
-    /// What its climb and the work of its body took, in J.
+    /// Energy of its climb and of the work of its body, in J.
     pub fixed_j: f64,
 }
 
 impl ForecastModel {
-    /// What a way takes, in J. `fixed_j`: the potential energy of its climb and the work of the body.
+    /// Energy for a way, in J. `fixed_j`: the potential energy of its climb and the work of the
+    /// body.
     pub fn energy_j(&self, driven: &Driven, way_m: f64, fixed_j: f64) -> f64 {
         let level_j = driven.drawn_j - driven.fixed_j;
         let sum_j = level_j + self.consumption_j_per_m * LEARNED_OVER_M;

@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChargingPolicy {
-    /// State of charge that drivers keep. Where there are no public chargers a truck stops below it,
-    /// else below the battery's own `minimum_charge`: a wrong forecast uses the reserve.
+    /// State of charge that drivers keep. Where there are no public chargers a truck stops below
+    /// it, else below the battery's own `minimum_charge`: a wrong forecast uses the reserve.
     #[schemars(range(min = 0.0, max = 0.9))]
     pub reserve: f64,
     /// Efficiency of chargers, from the meter to the battery's terminals.

@@ -1,5 +1,5 @@
-//! What of a study's prices applies to its trucks, prepared: charges of trips, parts of a truck,
-//! and the inputs that a state of the world gives values to.
+//! Prices of a study that apply to its trucks, prepared: charges of trips, parts of a truck, and
+//! the inputs that a state of the world gives values to.
 
 use super::item::Item;
 use super::{CostModel, TollModel, Yearly};
@@ -12,10 +12,10 @@ use crate::vehicle::VehicleModel;
 /// J in a kWh.
 const J_PER_KWH: f64 = 3.6e6;
 
-/// What a trip uses of a charge.
+/// Measure of a charge in a trip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// What is filled in, in the unit in which it is sold.
+    /// Amount filled in, in the unit in which it is sold.
     Filled(Carrier),
     /// Electricity from the depot's meter, in kWh.
     DepotKwh,
@@ -38,7 +38,7 @@ pub struct Charge {
     pub input: usize,
     /// The item that it belongs to.
     pub item: Item,
-    /// What a trip uses of it.
+    /// Measure of its use in a trip.
     pub measure: Measure,
 }
 
@@ -75,16 +75,16 @@ pub struct LifeInputs {
     pub distance: usize,
 }
 
-/// What of a study's prices applies to its trucks.
+/// Prices of a study that apply to its trucks.
 #[derive(Clone, Debug)]
 pub struct Costing {
     /// Code of the currency.
     pub currency: String,
     /// The numbers that have a price in a state of the world.
     pub inputs: Vec<Input>,
-    /// What trips pay for.
+    /// Charges that trips pay.
     pub charges: Vec<Charge>,
-    /// What is bought.
+    /// Parts that are bought.
     pub parts: Vec<Part>,
     /// Input of the share that is left of the purchase.
     pub residual: Option<usize>,
@@ -140,7 +140,7 @@ const PLACES_APART: u64 = 1 << 16;
 const FIRST_TOLL: u64 = 1 << 10;
 
 impl Costing {
-    /// What of a study's prices applies to its trucks.
+    /// Prepares the prices of a study that apply to its trucks.
     pub fn of(cost: &CostModel, vehicle: &VehicleModel) -> Self {
         Self::new(cost, vehicle.powertrain.sizes(), vehicle.curb_mass_kg)
     }
@@ -250,7 +250,7 @@ impl Costing {
         self.life.is_some()
     }
 
-    /// What a trip uses of each charge, of what it drove where its battery cut it short; none of a
+    /// Use of each charge by a trip, of what it drove where its battery cut it short; none of a
     /// trip that stalled or timed out.
     pub fn trip(&self, record: &Record) -> Option<Trip> {
         if !record.outcome.counts() || !(record.distance_m > 0.0) {
@@ -300,7 +300,7 @@ impl Costing {
     }
 }
 
-/// What a trip took of a carrier that is filled in, in the unit in which it is sold.
+/// Amount of a carrier that a trip took and that is filled in, in the unit in which it is sold.
 pub(super) fn sold(record: &Record, declared: &Declaration) -> f64 {
     record.consumption(declared.carrier).unwrap_or(0.0) * record.distance_m / 1.0e5
 }
@@ -327,7 +327,7 @@ pub(super) fn public_kwh(record: &Record, efficiency: f64) -> f64 {
     given_j / J_PER_KWH / efficiency
 }
 
-/// What a trip uses.
+/// Amounts that a trip uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trip {
     /// Id of its cycle.
@@ -336,7 +336,7 @@ pub struct Trip {
     pub km: f64,
     /// Payload times distance, in tkm.
     pub tkm: f64,
-    /// What it uses of each charge, in the order of [`Costing::charges`].
+    /// Amount of each charge that it uses, in the order of [`Costing::charges`].
     pub amounts: Vec<f64>,
 }
 

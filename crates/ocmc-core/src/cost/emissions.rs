@@ -20,7 +20,7 @@ pub struct EmissionFactors {
     plugs_in: bool,
 }
 
-/// What a completed trip emits.
+/// Emissions of a completed trip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TripEmissions {
     /// Id of its cycle.
@@ -38,8 +38,8 @@ pub struct TripEmissions {
 }
 
 impl EmissionFactors {
-    /// Those of a study, whose trucks are charged from the grid or not. The efficiency of charging is that of its costs, else that of its
-    /// chargers, else the one beside the factors.
+    /// Factors of a study, whose trucks are charged from the grid or not. The efficiency of
+    /// charging is that of its costs, else that of its chargers, else the one beside the factors.
     pub fn of(
         factors: Option<&EmissionModel>,
         cost: Option<&CostModel>,
@@ -54,7 +54,7 @@ impl EmissionFactors {
         Self { factors, charging_efficiency, plugs_in }
     }
 
-    /// What a trip emits, with what it drove where its battery cut it short; none of one that
+    /// Emissions of a trip, with what it drove where its battery cut it short; none of one that
     /// stalled or timed out.
     pub fn of_trip(&self, record: &Record) -> Option<TripEmissions> {
         if !record.outcome.counts() || !(record.distance_m > 0.0) {

@@ -1,4 +1,4 @@
-//! What a cost is made of.
+//! Items of a cost.
 
 use serde::Serialize;
 
@@ -33,7 +33,7 @@ pub enum Item {
     Motor,
     /// Battery.
     Battery,
-    /// What the truck is worth at the end, negative.
+    /// Worth of the truck at the end, negative.
     Residual,
     /// Insurance and what else is paid by time.
     Insurance,

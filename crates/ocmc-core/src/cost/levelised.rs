@@ -1,5 +1,4 @@
-//! What one state of the world makes of prices: what a charge costs over the life, and what a truck
-//! costs.
+//! Prices in one state of the world: cost of a charge and of a truck over the life.
 
 use super::costing::{Costing, Trip};
 use super::item::Item;
@@ -8,14 +7,14 @@ use super::state::State;
 /// The life of a truck in a state of the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Life {
-    /// Of each year: the part of it that belongs to the life, and that times what a unit of money
-    /// is worth at the start.
+    /// Parts of each year that belong to the life, and the same times the present worth of a unit
+    /// of money.
     pub years: Vec<[f64; 2]>,
     /// Years.
     pub years_a: f64,
     /// Years, discounted: D.
     pub discounted_a: f64,
-    /// What a unit of money at the end of the life is worth at the start.
+    /// Worth at the start of a unit of money at the end of the life.
     pub at_end: f64,
     /// Distance in a year, in km.
     pub km_per_a: f64,
@@ -37,7 +36,7 @@ impl Life {
         Self { years_a: sum(0), discounted_a: sum(1), years, at_end, km_per_a }
     }
 
-    /// What is paid in each year, discounted or not, over the whole life.
+    /// Sum of yearly payments, discounted or not, over the whole life.
     fn sum(&self, in_year: impl Fn(usize) -> f64) -> Money {
         let mut sum = Money::default();
         for (year, [part, discounted]) in self.years.iter().enumerate() {
@@ -57,19 +56,19 @@ pub struct Money {
     pub discounted: f64,
 }
 
-/// What one state of the world makes of the prices.
+/// Prices in one state of the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levelised {
     /// The life, where there is one.
     pub life: Option<Life>,
-    /// Of each charge: its price in the mean of the years, discounted and as paid.
+    /// Price of each charge in the mean of the years, discounted and as paid.
     pub prices: Vec<Money>,
-    /// What a truck costs over its life, item by item.
+    /// Costs of a truck over its life, item by item.
     pub truck: Vec<(Item, Money)>,
 }
 
 impl Levelised {
-    /// What a state makes of the prices.
+    /// Evaluates the prices in a state.
     pub fn of(costing: &Costing, state: &State) -> Self {
         let life = costing.life.map(|inputs| {
             let [life, rate, distance] =
@@ -90,28 +89,28 @@ impl Levelised {
         Self { life, prices, truck }
     }
 
-    /// What the truck costs in a year, levelised; 0 where nothing is paid by it.
+    /// Cost of the truck in a year, levelised; 0 where nothing is paid by it.
     pub fn truck_per_a(&self) -> f64 {
         let sum: f64 = self.truck.iter().map(|(_, money)| money.discounted).sum();
         self.life.as_ref().map_or(0.0, |life| sum / life.discounted_a)
     }
 
-    /// What the truck costs over a km, levelised.
+    /// Cost of the truck over a km, levelised.
     pub fn truck_per_km(&self) -> f64 {
         self.life.as_ref().map_or(0.0, |life| self.truck_per_a() / life.km_per_a)
     }
 
-    /// What trips pay for what they use.
+    /// Charges that trips pay for what they use.
     pub fn charged(&self, trip: &Trip) -> f64 {
         self.prices.iter().zip(&trip.amounts).map(|(price, amount)| price.discounted * amount).sum()
     }
 
-    /// What trips cost, the truck included.
+    /// Cost of trips, the truck included.
     pub fn cost(&self, trip: &Trip) -> f64 {
         self.charged(trip) + self.truck_per_km() * trip.km
     }
 
-    /// What trips cost over a km.
+    /// Cost of trips over a km.
     pub fn per_km(&self, trips: &Trip) -> f64 {
         self.cost(trips) / trips.km
     }

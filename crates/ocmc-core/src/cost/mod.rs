@@ -1,21 +1,22 @@
-//! What transport costs: prices, what a trip uses of what has a price, and the whole life of a
+//! Cost of transport: prices, the use by a trip of all that has a price, and the whole life of a
 //! truck.
 //!
 //! With a_k what a trip uses of charge k (litres, kWh, hours, km), p_k,i its price in year i of the
-//! life, d the distance of a truck in a year, and δ_i = (1 + r)^-i what a unit of money in year i is
-//! worth at the start, the first year having i = 0:
+//! life, d the distance of a truck in a year, and δ_i = (1 + r)^-i what a unit of money in year i
+//! is worth at the start, the first year having i = 0:
 //!
 //! levelised price  P_k = Σ w_i δ_i p_k,i / D,  D = Σ w_i δ_i
 //! cost over km     Σ_k P_k Σ a_k / Σ km + K / (d D)
 //! K                purchase − residual share · purchase · (1 + r)^-life + Σ w_i δ_i insurance_i
 //!
 //! w_i is 1, and in the last year the part of it that belongs to the life. The sums of a_k and km
-//! are over the completed trips of the fleet, so that the first term is a ratio of two totals. The whole life costs d D times the cost over km, a year d times it,
-//! and a trip its own km times the second term and its own charges.
+//! are over the completed trips of the fleet, so that the first term is a ratio of two totals. The
+//! whole life costs d D times the cost over km, a year d times it, and a trip its own km times the
+//! second term and its own charges.
 //!
 //! Discounting from the start of each year, and items that are summed up by year of the life, are
-//! those of T3CO 1.0 (National Renewable Energy Laboratory, *Transportation Technology Total Cost of
-//! Ownership*, repository NREL/T3CO, 2024), whose own test results are this room's check
+//! those of T3CO 1.0 (National Renewable Energy Laboratory, *Transportation Technology Total Cost
+//! of Ownership*, repository NREL/T3CO, 2024), whose own test results are this room's check
 //! (`tests/it/cost.rs`); the residual value comes at the end of the life, there at the start of the
 //! last year.
 //!
@@ -191,7 +192,7 @@ impl CostModel {
         self.yearly().into_iter().find(|(known, _)| *known == key)?.1
     }
 
-    /// What is paid by the truck, with its keys.
+    /// Keys of the prices that are paid by the truck, and whether each is set.
     fn by_truck(&self) -> [(&'static str, bool); 9] {
         [
             ("purchase_per_truck", self.purchase_per_truck.is_some()),

@@ -84,7 +84,7 @@ impl State {
         other
     }
 
-    /// What does not change from year to year.
+    /// Value of an input that does not change from year to year.
     pub fn constant(&self, input: usize) -> f64 {
         self.0[input].first()
     }

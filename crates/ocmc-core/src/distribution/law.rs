@@ -221,7 +221,7 @@ impl Law {
         }
     }
 
-    /// What is wrong with the law's own parameters: (parameter, value, what is allowed).
+    /// Fault of the law's own parameters: (parameter, value, what is allowed).
     #[allow(
         clippy::neg_cmp_op_on_partial_ord,
         reason = "a parameter that is not a number is at fault"

@@ -64,7 +64,7 @@ impl LevelledLaw {
         )
     }
 
-    /// What is wrong with it: (parameter, value, what is allowed).
+    /// Fault of the law: (parameter, value, what is allowed).
     pub fn fault(&self) -> Option<(&'static str, f64, &'static str)> {
         if let Some(fault) = self.law.fault() {
             return Some(fault);

@@ -26,7 +26,7 @@ pub use law::Law;
 pub use levelled::LevelledLaw;
 pub use quantity::Quantity;
 
-/// What one draw in a million exceeds is drawn by none: the check of a study looks as far as that
+/// Probability beyond which no value is drawn: the check of a study looks as far as that
 /// ([`Law::practical_range`]).
 const RARE: f64 = 1e-6;
 

@@ -15,8 +15,8 @@ use std::fmt;
 /// ```
 /// use ocmc_core::distribution::Quantity;
 /// let number: Quantity = serde_json::from_str("5.3").unwrap();
-/// let law: Quantity =
-///     serde_json::from_str(r#"{"distribution":"log_normal","median":5.3,"log_sd":0.04}"#).unwrap();
+/// let text = r#"{"distribution":"log_normal","median":5.3,"log_sd":0.04}"#;
+/// let law: Quantity = serde_json::from_str(text).unwrap();
 /// assert!(number.centre() == law.centre());
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -64,8 +64,8 @@ impl Quantity {
         if spread { self.sample_once(streams, stream, draws) } else { self.centre() }
     }
 
-    /// Mean of the draws, those above `most` counted as `most`: closed form, or midpoint rule over the
-    /// quantiles. None of laws of trucks, and of a gamma or beta law that is cut.
+    /// Mean of the draws, those above `most` counted as `most`: closed form, or midpoint rule over
+    /// the quantiles. None of laws of trucks, and of a gamma or beta law that is cut.
     ///
     /// ```
     /// use ocmc_core::distribution::Quantity;
@@ -82,7 +82,7 @@ impl Quantity {
         }
     }
 
-    /// What is wrong with a law's own parameters: (parameter, value, what is allowed).
+    /// Fault of a law's own parameters: (parameter, value, what is allowed).
     pub fn fault(&self) -> Option<(&'static str, f64, &'static str)> {
         match self {
             Self::Number(_) => None,
@@ -155,7 +155,7 @@ impl<'de> Visitor<'de> for QuantityVisitor {
     }
 }
 
-/// What a table says beside its law.
+/// Keys of a table beside its law.
 #[derive(Default)]
 struct LevelKeys {
     level: Option<Level>,

@@ -220,7 +220,8 @@ impl CurveSpeedModel {
 }
 
 impl CurveSpeedModel {
-    /// How far the exponent of a driver lies from the typical one. `level`: his effect, over its SD.
+    /// How far the exponent of a driver lies from the typical one. `level`: his effect, over its
+    /// SD.
     fn exponent_of_driver(&self, level: f64, draws: &mut Draws) -> f64 {
         if self.exponent_sd == 0.0 {
             return 0.0;

@@ -171,7 +171,7 @@ pub struct SwitchedModel {
     pub hold: Hold,
 }
 
-/// What a switched controller holds inside its threshold.
+/// Pedals that a switched controller holds inside its threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Hold {
@@ -195,7 +195,7 @@ pub struct Pedals {
     pub derivative: f64,
     /// Threshold of a switched driver, in m/s; none for a PID.
     pub threshold_mps: Option<f64>,
-    /// What a switched driver holds.
+    /// Pedals that a switched driver holds.
     pub hold: Hold,
     /// Draws of gains that were outside the bounds and drawn again.
     pub redraws: u32,

@@ -1,9 +1,10 @@
 //! How hard a driver brakes and accelerates for a change of the desired speed.
 //!
 //! Deceleration: one number of a driver. Acceleration: a law over speed and power to mass,
-//! 1/a(v) = 1/a₀ + v m/(κ P). From rest the driver takes a₀; with speed it falls by the mass m over a
-//! factor κ times the rated power P. Both are scaled by the driver's share, the a₀ that he has drawn
-//! over the typical one. Without κ the acceleration is a₀ at every speed, as the paper has it.
+//! 1/a(v) = 1/a₀ + v m/(κ P). From rest the driver takes a₀; with speed it falls by the mass m over
+//! a factor κ times the rated power P. Both are scaled by the driver's share, the a₀ that he has
+//! drawn over the typical one. Without κ the acceleration is a₀ at every speed, as the paper has
+//! it.
 //!
 //! The law has closed forms: g = 1/a grows along a rise as g² = g₀² + 2 t m/(κ P), and the way from
 //! rest to v is v²/(2 a₀) + v³ m/(3 κ P).
@@ -66,8 +67,8 @@ pub struct SpeedChange {
     pub rise: Rise,
     /// Desired speed at which a standing truck starts, in m/s.
     pub launch_speed_mps: f64,
-    /// The most that the accelerator pedal asks for, over the driver's acceleration; unbounded where
-    /// there is no limit.
+    /// The most that the accelerator pedal asks for, over the driver's acceleration; unbounded
+    /// where there is no limit.
     pub peak_ratio: f64,
 }
 

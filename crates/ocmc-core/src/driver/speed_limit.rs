@@ -1,4 +1,4 @@
-//! What a driver makes of a speed limit, of a bump, and of a truck's limiter.
+//! Response of a driver to a speed limit, to a bump, and to a truck's limiter.
 //!
 //! Checked: a bump of 4 m × 0.10 m at 2 m/s² is taken at 6.3 m/s, and the minimum of sign, legal
 //! speed and v_max holds. The desired speed never lies above v_max (`tests/it/tactical.rs`).
@@ -16,8 +16,8 @@ pub struct SpeedLimitModel {
     /// Factor on the limit.
     #[schemars(range(min = 0.5, max = 1.5))]
     pub compliance: Quantity,
-    /// Highest speed that a driver wants, in m/s; 1 km/h below the vehicle's limiter where it is left
-    /// out.
+    /// Highest speed that a driver wants, in m/s; 1 km/h below the vehicle's limiter where it is
+    /// left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 3.0, max = 70.0))]
     pub maximum_speed_mps: Option<f64>,
@@ -37,7 +37,8 @@ pub struct SpeedLimitModel {
     pub bump_maximum_mps: f64,
 }
 
-/// How far below the vehicle's limiter a driver stays, in m/s: 1 km/h, so that it does not act [EJ].
+/// How far below the vehicle's limiter a driver stays, in m/s: 1 km/h, so that it does not act
+/// [EJ].
 const BELOW_LIMITER_MPS: f64 = 1.0 / 3.6;
 
 impl SpeedLimitModel {

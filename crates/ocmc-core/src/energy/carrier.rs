@@ -1,10 +1,10 @@
 //! Energy carriers: what trucks store and somebody pays for.
 //!
-//! [`CARRIERS`] declares each carrier once: the term of the ledger that counts it, its columns in the
-//! records, its units and words, the key of its price and the heating values that it can have.
-//! Records, breakdowns, quantities of a fleet, sums over trucks, costs, emissions, tables and pictures
-//! follow from the declaration; none of them names a carrier. A truck may store several: each has its
-//! own consumption, and all together have one in kWh.
+//! [`CARRIERS`] declares each carrier once: the term of the ledger that counts it, its columns in
+//! the records, its units and words, the key of its price and the heating values that it can have.
+//! Records, breakdowns, quantities of a fleet, sums over trucks, costs, emissions, tables and
+//! pictures follow from the declaration; none of them names a carrier. A truck may store several:
+//! each has its own consumption, and all together have one in kWh.
 
 use super::ledger::Term;
 use schemars::JsonSchema;
@@ -48,7 +48,8 @@ pub struct Declaration {
     pub term: Term,
     /// Amount of a cycle.
     pub amount: Named,
-    /// Unit of the amount, and that in which people read the amount of a trip, with the factor to it.
+    /// Unit of the amount, and that in which people read the amount of a trip, with the factor to
+    /// it.
     pub units: (&'static str, &'static str, f64),
     /// Amount over distance.
     pub consumption: Named,
@@ -115,13 +116,14 @@ pub const CARRIERS: &[Declaration] = &[
         term: Term::Battery,
         amount: named(
             "battery_energy_j",
-            "Energy that left the battery's store, in J, charging at stops not counted; null without \
-             a battery.",
+            "Energy that left the battery's store, in J, charging at stops not counted; null \
+             without a battery.",
         ),
         units: ("J", "kWh", 1.0 / 3.6e6),
         consumption: named(
             "consumption_kwh_per_km",
-            "Energy that left the battery's store, over distance, in kWh/km; null without a battery.",
+            "Energy that left the battery's store, over distance, in kWh/km; null without a \
+             battery.",
         ),
         per_tonne: named(
             "consumption_kwh_per_tkm",
@@ -209,7 +211,7 @@ impl Carrier {
     /// Number of carriers.
     pub const COUNT: usize = CARRIERS.len();
 
-    /// What is declared of it.
+    /// Declaration of the carrier.
     pub fn declaration(self) -> &'static Declaration {
         &CARRIERS[self as usize]
     }

@@ -1,4 +1,4 @@
-//! What carriers emit before they are in a truck: their factors, as a study gives them.
+//! Emissions of carriers before they are in a truck: their factors, as a study gives them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -96,9 +96,9 @@ pub enum Mode {
 pub enum Extent {
     /// All.
     All,
-    /// Those of the powertrains that name it.
+    /// Terms of the powertrains that name it.
     Powertrain,
-    /// Those of one mode.
+    /// Terms of one mode.
     Only(Mode),
 }
 
@@ -113,7 +113,7 @@ pub enum Recorded {
     Column {
         /// Name, with its unit as a suffix.
         name: &'static str,
-        /// What it is, with its unit.
+        /// Meaning of the column, with its unit.
         meaning: &'static str,
         /// Word for a loss, in a list of them.
         label: &'static str,
@@ -224,7 +224,7 @@ impl Term {
     /// Number of terms.
     pub const COUNT: usize = TERMS.len();
 
-    /// What is declared of it.
+    /// Declaration of the term.
     pub fn declaration(self) -> &'static Declaration {
         &TERMS[self as usize]
     }
@@ -271,8 +271,8 @@ impl Ledger<f64> {
     /// Nothing yet.
     pub const EMPTY: Self = Self([0.0; Term::COUNT]);
 
-    /// What is missing in the energy balance, in J: 0 but for rounding. `sources`: those of the
-    /// powertrain; `kinetic_change_j`: kinetic energy at the end less at the start.
+    /// Energy missing in the balance, in J: 0 but for rounding. `sources`: those of the powertrain;
+    /// `kinetic_change_j`: kinetic energy at the end less at the start.
     pub fn open_balance_j(&self, sources: &[Term], kinetic_change_j: f64) -> f64 {
         let signed = TERMS.iter().map(|declared| match declared.place {
             Place::Source if sources.contains(&declared.term) => self[declared.term],
@@ -292,7 +292,7 @@ impl Ledger<f64> {
 }
 
 impl<S: Simd> Ledger<Lanes<S>> {
-    /// That of one lane.
+    /// Ledger of one lane.
     pub fn lane(&self, lane: usize) -> Ledger<f64> {
         debug_assert!(lane < WIDTH);
         Ledger(self.0.map(|sums| sums[lane]))
@@ -317,12 +317,12 @@ impl<S: Simd> Ledger<Lanes<S>> {
 #[derive(Debug)]
 pub struct StepLedger<'a, S: Simd> {
     sums: &'a mut Ledger<Lanes<S>>,
-    /// What the step added.
+    /// Additions of the step.
     pub added: Ledger<Lanes<S>>,
 }
 
 impl<'a, S: Simd> StepLedger<'a, S> {
-    /// Of the sums of a block.
+    /// Ledger of a step over the sums of a block.
     #[inline(always)]
     pub fn new(simd: S, sums: &'a mut Ledger<Lanes<S>>) -> Self {
         Self { sums, added: Ledger::of(Lanes::splat(simd, 0.0)) }

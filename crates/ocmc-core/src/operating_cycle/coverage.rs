@@ -1,12 +1,13 @@
-//! What the source of a road determines of it: tracks of a cycle all, a measured log what its
-//! columns hold.
+//! Coverage of a road by its source: all tracks of a cycle, and of a measured log what its columns
+//! hold.
 
 use serde::Serialize;
 
 /// Tracks write a turn at the position of its event; a curve that begins elsewhere is none.
 const TURN_WITHIN_M: f64 = 0.01;
 
-/// Which parts of a road are known. What is not known is not absent: it may not be counted as zero.
+/// Parts of a road that are known. A part that is not known is not absent: it may not be counted as
+/// zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Coverage {
     /// Speed limits.
@@ -33,7 +34,7 @@ pub struct UnobservedSpans {
     pub curves_m: Vec<[f64; 2]>,
 }
 
-/// Which curves are known.
+/// Curves that are known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CurveCoverage {
@@ -41,7 +42,7 @@ pub enum CurveCoverage {
     None,
     /// All.
     All,
-    /// Those within a window; the others are there and not seen.
+    /// Curves within a window; the others are there and not seen.
     Within(CurveWindow),
 }
 
@@ -67,8 +68,8 @@ impl Coverage {
         mission_stop_s: 0.0,
     };
 
-    /// What roads of two sources determine together. Signs, slopes and curves that one of them does
-    /// not know are left out road by road ([`UnobservedSpans`]); events count where both know them.
+    /// Coverage that roads of two sources share. Signs, slopes and curves that one of them does not
+    /// know are left out road by road ([`UnobservedSpans`]); events count where both know them.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
         Self {

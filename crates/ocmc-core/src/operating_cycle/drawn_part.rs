@@ -26,7 +26,7 @@ const HILLS_FROM_M: f64 = 200.0;
 /// Rounding of places, as a share of a step.
 const ROUNDING: f64 = 1.0e-9;
 
-/// What is drawn where a route lacks it.
+/// Parts that are drawn where a route lacks them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Draw {
@@ -55,7 +55,7 @@ impl Draw {
     }
 }
 
-/// What a file lacks of a route: stops always, for no file has all kinds of them.
+/// Parts that a file lacks of a route: stops always, for no file has all kinds of them.
 pub fn lacking(cycle: &GivenCycle) -> Vec<Draw> {
     let lacks = |part: &Draw| match part {
         Draw::Stops => true,

@@ -1,6 +1,6 @@
-//! What can be wrong with a given operating cycle.
+//! Errors of a given operating cycle.
 
-/// What is wrong with a given operating cycle.
+/// Error of a given operating cycle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GivenCycleError {
     /// No such track.
@@ -16,9 +16,9 @@ pub enum GivenCycleError {
     Kind {
         /// Name of the track.
         track: String,
-        /// What they are.
+        /// Kind of its values.
         found: &'static str,
-        /// What they have to be.
+        /// Kind that its values have to have.
         wanted: &'static str,
     },
     /// Two tracks of one name.
@@ -143,7 +143,7 @@ pub enum GivenCycleError {
 }
 
 impl GivenCycleError {
-    /// Of a road without speed limits.
+    /// Error of a road without speed limits.
     pub fn no_limits() -> Self {
         Self::Missing {
             track: "speed_limit_mps".to_owned(),

@@ -1,9 +1,9 @@
-//! Parts of a mission: with how much cargo a truck leaves each of its stops, and the work of its body
-//! there.
+//! Parts of a mission: with how much cargo a truck leaves each of its stops, and the work of its
+//! body there.
 //!
-//! The payload holds from a stop to the next one, as the operating-cycle format has it (a track that
-//! is constant between stops). Stream `MissionPart`. Checked by hand, and by whole runs: a round with
-//! parts takes what its legs take one by one (`tests/it/mission_parts.rs`).
+//! The payload holds from a stop to the next one, as the operating-cycle format has it (a track
+//! that is constant between stops). Stream `MissionPart`. Checked by hand, and by whole runs: a
+//! round with parts takes what its legs take one by one (`tests/it/mission_parts.rs`).
 
 use super::given::{GivenCycle, SAME_PLACE_M};
 use super::mission::{Mission, MissionModel};
@@ -146,8 +146,8 @@ fn mission_stop(event: &PointEvent) -> Option<(f64, f64)> {
     }
 }
 
-/// Writes down the parts of a mission whose stops are on the road. `given`: the operating cycle that
-/// is driven, where one is; `keeps`: whether the payload is its own.
+/// Writes down the parts of a mission whose stops are on the road. `given`: the operating cycle
+/// that is driven, where one is; `keeps`: whether the payload is its own.
 pub(super) fn set_parts(
     model: &MissionModel,
     events: &[PointEvent],

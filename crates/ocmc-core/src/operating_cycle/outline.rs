@@ -30,7 +30,8 @@ pub struct CycleOutline {
     pub weather: Weather,
     /// Component of the wind half-way from where the road leads at its start, in m/s.
     pub head_wind_mps: f64,
-    /// Traffic density half-way, as the long-run mean over the road types, in vehicles per m and lane.
+    /// Traffic density half-way, as the long-run mean over the road types, in vehicles per m and
+    /// lane.
     pub density_per_m: f64,
 }
 

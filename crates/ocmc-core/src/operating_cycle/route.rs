@@ -42,7 +42,7 @@ pub struct RouteModel {
     /// Parts that are drawn from the study where the file lacks them, instead of being absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw: Vec<Draw>,
-    /// Which column of its table is what: name of a quantity with its unit, and the column.
+    /// Columns of its table: name of a quantity with its unit, and the column.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, String>,
     /// SHA-256 of the file; a run fills it in, and a file with another one is refused.
@@ -59,7 +59,7 @@ pub struct RouteModel {
     pub table: Option<String>,
 }
 
-/// What a route takes from its file instead of having it drawn.
+/// Parts that a route takes from its file instead of having them drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Keep {
@@ -90,7 +90,7 @@ impl Keep {
 pub struct Route {
     weight: f64,
     keep: Vec<Keep>,
-    /// What it lacks and has drawn; none where it has all.
+    /// Parts that it lacks and has drawn; none where it has all.
     drawn: Option<DrawnParts>,
     /// Stretches of road types; empty where they are drawn.
     sections: Vec<Section>,
@@ -104,8 +104,8 @@ pub struct Route {
 }
 
 impl Route {
-    /// Stretches of one sign and one road type that are both known: their length, in m, the sign's speed, in m/s, and
-    /// the number of the type.
+    /// Stretches of one sign and one road type that are both known: their length, in m, the sign's
+    /// speed, in m/s, and the number of the type.
     pub(super) fn signed_stretches(&self) -> impl Iterator<Item = (f64, f64, usize)> {
         let ends_m = self.signs.iter().skip(1).map(|sign| sign.start_m);
         let ends_m = ends_m.chain(self.sections.last().map(|section| section.end_m));

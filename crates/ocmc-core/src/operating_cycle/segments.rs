@@ -81,8 +81,8 @@ impl OperatingCycle {
         self.segments_cut(sign_offset_m, &[], segments, runs);
     }
 
-    /// The same of a road that is cut at places in order, in m: there a truck can halt, or its driver
-    /// decides. Behind a cut all is as before it.
+    /// The same of a road that is cut at places in order, in m: there a truck can halt, or its
+    /// driver decides. Behind a cut all is as before it.
     pub fn segments_cut(
         &self,
         sign_offset_m: f64,

@@ -1,9 +1,9 @@
-//! What the backward mode asks of a powertrain: the speed is given, and the source follows.
+//! Interface of a powertrain for the backward mode: the speed is given, and the source follows.
 
 use crate::energy::ledger::{Ledger, Term};
 use crate::record::Record;
 
-/// What a prescribed speed says of the gear of a step.
+/// Gear of a step by a prescribed speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GearOrder {
     /// Nothing: the powertrain has its own strategy.
@@ -58,7 +58,7 @@ impl SpeedStep {
     }
 }
 
-/// What a powertrain did in a step of prescribed speed, beside what it added to the ledger.
+/// Result of a step of prescribed speed beside the additions to the ledger.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InverseStep {
     /// Force of the driveline at the wheels, in N; less than was asked for where the powertrain is
@@ -72,15 +72,15 @@ pub struct InverseStep {
     pub shaft_j: f64,
 }
 
-/// What a step of prescribed speed would take, before it is taken.
+/// Cost of a step of prescribed speed, before it is taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepCost {
-    /// What the source would give, in J: fuel energy, or what leaves the battery's store.
+    /// Energy that the source would give, in J: fuel energy, or what leaves the battery's store.
     pub energy_j: f64,
     /// Force of the driveline at the wheels, in N.
     pub wheel_n: f64,
-    /// Kinetic energy of a shaft that can turn apart from the wheels at its start, in J: what it had
-    /// less before brings an engine to the speed of a new gear.
+    /// Kinetic energy of a shaft that can turn apart from the wheels at its start, in J: what it
+    /// had less before brings an engine to the speed of a new gear.
     pub shaft_start_j: f64,
     /// The same at its end, in J.
     pub shaft_end_j: f64,
@@ -117,9 +117,9 @@ pub trait InversePowertrain {
     fn gear_choice(&self) -> Option<GearChoice> {
         None
     }
-    /// What a step would take with that force wanted at the wheels, in N: what [`Self::step`]
-    /// would add to the ledger, by the convention [`ShiftConvention::Lost`]. `shaft_radps`: speed
-    /// of the shaft before a step without a gear.
+    /// Cost of a step with that force wanted at the wheels, in N: what [`Self::step`] would add to
+    /// the ledger, by the convention [`ShiftConvention::Lost`]. `shaft_radps`: speed of the shaft
+    /// before a step without a gear.
     fn cost(&self, step: &SpeedStep, force_n: f64, shaft_radps: f64) -> StepCost;
     /// The terms of the energy ledger that are its own.
     fn terms(&self) -> &'static [Term];

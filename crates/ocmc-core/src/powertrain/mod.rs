@@ -83,7 +83,7 @@ impl PowertrainKind {
         }
     }
 
-    /// What it stores.
+    /// Carriers that it stores.
     pub fn carriers(&self) -> &'static [Carrier] {
         match self {
             Self::Combustion(powertrain) => powertrain.carriers(),
@@ -92,7 +92,8 @@ impl PowertrainKind {
         }
     }
 
-    /// The most that a body gets at a stop beside auxiliaries, in W; none where the battery gives it.
+    /// The most that a body gets at a stop beside auxiliaries, in W; none where the battery gives
+    /// it.
     pub fn power_take_off_w(&self, auxiliary_power_w: f64) -> Option<f64> {
         match self {
             Self::Combustion(powertrain) => Some(powertrain.power_take_off_w(auxiliary_power_w)),
@@ -133,9 +134,9 @@ impl PowertrainKind {
     }
 }
 
-/// What is done with a powertrain of any kind.
+/// Task on a powertrain of any kind.
 pub trait PowertrainTask {
-    /// What comes of it.
+    /// Result of the task.
     type Answer;
     /// Does it.
     fn run<P: Powertrain>(self, powertrain: &P) -> Self::Answer;
@@ -161,13 +162,13 @@ pub struct SignalNames {
     pub speed: &'static str,
     /// Its torque.
     pub torque: &'static str,
-    /// What is taken from the source.
+    /// Rate taken from the source.
     pub source_rate: &'static str,
     /// A state: [`Powertrain::state_signal`].
     pub state: &'static str,
 }
 
-/// What the powertrain of one truck is given at the start of its cycle.
+/// Inputs of one truck's powertrain at the start of its cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruckInputs {
     /// Power of the auxiliaries, heating and cooling included, in W.
@@ -178,7 +179,7 @@ pub struct TruckInputs {
     pub initial_charge: Option<f64>,
 }
 
-/// What a charger offers a truck at rest.
+/// Plug of a charger for a truck at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Plug<'a> {
     /// Power at the battery's terminals, in W.
@@ -200,7 +201,7 @@ pub struct Store {
     pub lowest_charge: f64,
 }
 
-/// What charging did.
+/// Result of charging.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Charge {
     /// Its time, in s.
@@ -211,7 +212,7 @@ pub struct Charge {
     pub loss_j: f64,
     /// Energy at the terminals, in J, integrated on its own.
     pub supplied_j: f64,
-    /// What the charger gave the auxiliaries meanwhile, in J.
+    /// Energy that the charger gave the auxiliaries meanwhile, in J.
     pub carried_j: f64,
 }
 
@@ -264,8 +265,7 @@ pub struct Demand<S: Simd> {
 pub struct PedalForces<S: Simd> {
     /// Without a pedal, in N.
     pub coasting: Lanes<S>,
-    /// What the line of force over the pedal comes to at 0, in N: the same where the clutch is
-    /// closed.
+    /// Force of the line over the pedal at 0, in N: the same where the clutch is closed.
     pub released: Lanes<S>,
     /// Pedal for each N more, in 1/N.
     pub per_force: Lanes<S>,
@@ -297,19 +297,19 @@ pub struct TractiveEffort<S: Simd, Own> {
     pub gearbox_torque: Lanes<S>,
     /// Force of the driveline at the wheels, in N.
     pub wheel: Lanes<S>,
-    /// What the driveline loses, in N at the wheels.
+    /// Losses of the driveline, in N at the wheels.
     pub lost: Lanes<S>,
     /// Force of the brakes, in N.
     pub brake: Lanes<S>,
-    /// What the engine brake has of it, in N.
+    /// Part of the engine brake, in N.
     pub engine_brake: Lanes<S>,
     /// Tangent of the wind's angle.
     pub wind_tangent: Lanes<S>,
-    /// What this kind of powertrain has beside it.
+    /// Further quantities of this kind of powertrain.
     pub own: Own,
 }
 
-/// What the shaft of engine or motor does in a step.
+/// Course of the shaft of engine or motor in a step.
 #[derive(Clone, Copy)]
 pub struct ShaftStep<S: Simd> {
     /// Length of the step, in s.
@@ -345,9 +345,9 @@ pub struct StepOutcome<S: Simd> {
 pub trait Powertrain {
     /// Its state in the lanes of a block.
     type State<S: Simd>: Clone;
-    /// What it knows of a stage beside torques and forces that all kinds have.
+    /// State of a stage beside torques and forces that all kinds have.
     type Stage<S: Simd>: Copy;
-    /// What the second stage knows of its torque before its pedals are known.
+    /// Prediction of the second stage's torque before its pedals are known.
     type Predicted<S: Simd>: Copy;
 
     /// The sources in the energy balance.
@@ -359,7 +359,7 @@ pub trait Powertrain {
     /// Its columns in a trace.
     const SIGNALS: SignalNames;
 
-    /// What it stores.
+    /// Carriers that it stores.
     fn carriers(&self) -> &'static [Carrier];
     /// Numbers that hold for all trucks.
     fn constants(&self) -> PowertrainConstants;
@@ -403,8 +403,8 @@ pub trait Powertrain {
         ledger: &mut Ledger<f64>,
     );
 
-    /// Stands for some time, in s, while the body of the truck takes a power, in W. Returns the work
-    /// that the body gets, in J.
+    /// Stands for some time, in s, while the body of the truck takes a power, in W. Returns the
+    /// work that the body gets, in J.
     fn stand_working<S: Simd>(
         &self,
         state: &mut Self::State<S>,
@@ -438,7 +438,7 @@ pub trait Powertrain {
         opens: Flags<S>,
         accelerator: Lanes<S>,
     ) -> Coupling<S>;
-    /// What the accelerator does at a speed of the trucks in m/s, from the curves of the last step:
+    /// Forces of the accelerator at a speed of the trucks in m/s, from the curves of the last step:
     /// what a driver knows by feel.
     fn pedal_forces<S: Simd>(
         &self,
@@ -455,7 +455,7 @@ pub trait Powertrain {
         demand: &Demand<S>,
         predicted: Option<&Self::Predicted<S>>,
     ) -> TractiveEffort<S, Self::Stage<S>>;
-    /// What is known of the torque at the second stage: the mean of both stages has to be the mean
+    /// Prediction of the torque at the second stage: the mean of both stages has to be the mean
     /// over the step.
     fn predict<S: Simd>(
         &self,
@@ -494,7 +494,7 @@ pub trait Powertrain {
     fn store(&self) -> Option<Store> {
         None
     }
-    /// What a charger does from a state of charge on, and how it goes on; none where nothing can be
+    /// Charge by a charger from a state of charge on, and how it goes on; none where nothing can be
     /// charged.
     fn charged_by(&self, _plug: &Plug, _charge: f64, _course: &mut ChargeCourse) -> Option<Charge> {
         None

@@ -13,7 +13,7 @@ use crate::validation::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a truck has that is priced by its size.
+/// Parts of a truck that are priced by their sizes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sizes {
     /// Largest power at the points of the engine's full load, in kW; none without an engine.
@@ -24,7 +24,7 @@ pub struct Sizes {
     pub battery_kwh: Option<f64>,
     /// Highest net power of the fuel cell, in kW; none without one.
     pub cell_kw: Option<f64>,
-    /// What it stores.
+    /// Carriers that it stores.
     pub carriers: &'static [Carrier],
     /// Whether chargers charge it.
     pub plugs_in: bool,
@@ -87,7 +87,7 @@ impl PowertrainModel {
         if let Self::BatteryElectric(model) = self { Some(model) } else { None }
     }
 
-    /// What it stores.
+    /// Carriers that it stores.
     pub fn carriers(&self) -> &'static [Carrier] {
         match self {
             Self::Combustion(model) => model.engine.fuel.carrier.alone(),
@@ -110,8 +110,8 @@ impl PowertrainModel {
         matches!(self, Self::BatteryElectric(_))
     }
 
-    /// The most that its stores give, in J, down to a reserve of the charge; none of stores that are not
-    /// told.
+    /// The most that its stores give, in J, down to a reserve of the charge; none of stores that
+    /// are not told.
     pub fn usable_j(&self, reserve: f64) -> Option<f64> {
         match self {
             Self::Combustion(_) => None,
@@ -138,8 +138,8 @@ impl PowertrainModel {
         }
     }
 
-    /// Rated power of what drives the wheels, in W: the engine's largest at its points of full load,
-    /// or the motor's.
+    /// Rated power of what drives the wheels, in W: the engine's largest at its points of full
+    /// load, or the motor's.
     pub fn rated_power_w(&self) -> f64 {
         match self {
             Self::Combustion(model) => model.engine.peak_power_w(),
@@ -148,8 +148,8 @@ impl PowertrainModel {
         }
     }
 
-    /// What differs between trucks: the factor on the fuel map, 1 without one, and the state of charge
-    /// at departure, where there is a battery. `draw` draws a law of the vehicle.
+    /// Differences between trucks: the factor on the fuel map, 1 without one, and the state of
+    /// charge at departure, where there is a battery. `draw` draws a law of the vehicle.
     pub fn sample(
         &self,
         draw: &mut dyn FnMut(&Quantity) -> f64,
@@ -168,8 +168,8 @@ impl PowertrainModel {
         (factor.map_or(1.0, draw), charge)
     }
 
-    /// The powertrain over wheels of a radius, in m, with an engine brake, in Nm s; its gears, and when
-    /// they are shifted.
+    /// The powertrain over wheels of a radius, in m, with an engine brake, in Nm s; its gears, and
+    /// when they are shifted.
     pub fn prepare(
         &self,
         radius_m: f64,

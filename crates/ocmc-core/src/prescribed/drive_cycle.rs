@@ -25,11 +25,11 @@ pub struct DriveCycle {
     speed_mps: Vec<f64>,
     /// Climb per metre of road; that of a point holds over the step that ends there.
     slope: Vec<f64>,
-    /// What is said of the gear of the step that ends at a point; empty where nothing is.
+    /// Gear order of the step that ends at a point; empty where none is given.
     gear: Vec<GearOrder>,
 }
 
-/// What is wrong with a drive cycle.
+/// Error of a drive cycle.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DriveCycleError {
     /// Too few points.
@@ -43,7 +43,7 @@ pub enum DriveCycleError {
     Range {
         /// Number of the point, from 1.
         point: usize,
-        /// What it is.
+        /// Name of the quantity.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -179,7 +179,7 @@ impl DriveCycle {
         fine
     }
 
-    /// What is said of the gears, an order for each point; empty where nothing is.
+    /// Gear orders, one for each point; empty where none is given.
     pub fn gears(&self) -> &[GearOrder] {
         &self.gear
     }

@@ -47,11 +47,11 @@ pub struct Body {
 /// Forces on a body at a speed and on a slope, in N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadForces {
-    /// Of the air.
+    /// Force of the air, in N.
     pub drag_n: f64,
-    /// Of the tyres.
+    /// Force of the tyres, in N.
     pub rolling_n: f64,
-    /// Of gravity.
+    /// Force of gravity, in N.
     pub grade_n: f64,
 }
 
@@ -95,7 +95,7 @@ impl Body {
     }
 }
 
-/// What a drive cycle takes.
+/// Totals of a drive cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FollowedCycle {
     /// The integrals.
@@ -243,7 +243,7 @@ struct FollowTask<'a> {
     cycle: &'a DriveCycle,
     body: Body,
     convention: ShiftConvention,
-    /// What a record says beside what the cycle takes.
+    /// Values of a record beside those of the cycle.
     known: Record,
 }
 

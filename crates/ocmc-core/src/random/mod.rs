@@ -72,7 +72,7 @@ impl StreamSet {
 /// with one bit of the generator's key inverted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PickFreeze {
-    /// Which streams.
+    /// Streams that are picked.
     pub streams: StreamSet,
     /// The cycle of the second sample that they come from; none for the cycle's own id.
     pub cycle_id: Option<u64>,
@@ -194,7 +194,7 @@ impl<'a> Streams<'a> {
         }
     }
 
-    /// What the draws of a cycle depend on at a level.
+    /// Ids on which the draws of a cycle depend at a level.
     fn ids(&self, level: Level, cycle_id: u64) -> Ids {
         let (truck_id, trip) = self.nesting.truck_and_trip(cycle_id);
         match level {
@@ -205,7 +205,7 @@ impl<'a> Streams<'a> {
         }
     }
 
-    /// Who drives a cycle.
+    /// Driver of a cycle.
     fn driver_id(&self, cycle_id: u64) -> u64 {
         let (truck_id, trip) = self.nesting.truck_and_trip(cycle_id);
         match self.nesting.drivers {
@@ -235,7 +235,7 @@ struct Place {
     index: u64,
 }
 
-/// Which of the two samples of a seed; bits of the generator's key that are inverted.
+/// Sample of a seed, one of two: bits of the generator's key that are inverted.
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)]
 enum Sample {

@@ -44,7 +44,7 @@ impl Level {
     pub const ALL: [Self; 4] = [Self::Trip, Self::Driver, Self::Truck, Self::Day];
 }
 
-/// Who drives a truck.
+/// Drivers of a truck.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drivers {
     /// So many drivers of its own, in turn from trip to trip.
@@ -63,7 +63,7 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// Who drives a trip of a truck.
+    /// Driver of a trip of a truck.
     pub fn driver_of(self, truck_id: u64, trip: u64) -> u64 {
         let ids = Ids { id: truck_id, trip, is_day: false };
         let mut draws = Draws::of(self.seed, Sample::First, ids, Stream::DriverAssignment);
@@ -108,7 +108,7 @@ impl OperatingDays {
 pub struct Nesting {
     /// Trips of each truck, at least 1.
     pub trips_per_truck: u64,
-    /// Who drives them.
+    /// Drivers of the trucks.
     pub drivers: Drivers,
     /// When they are driven; none where each trip draws its day.
     pub days: Option<OperatingDays>,
@@ -129,7 +129,7 @@ pub struct Trip {
     pub trip: u64,
 }
 
-/// What the draws of a level depend on beside seed and stream.
+/// Ids on which the draws of a level depend beside seed and stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Ids {
     pub(super) id: u64,
@@ -138,7 +138,7 @@ pub(super) struct Ids {
 }
 
 impl Ids {
-    /// Of a cycle that is a truck by itself.
+    /// Ids of a cycle that is a truck by itself.
     pub(super) fn of_cycle(cycle_id: u64) -> Self {
         Self { id: cycle_id, trip: 0, is_day: false }
     }

@@ -81,7 +81,7 @@ const DIMENSIONS: usize = 4;
 /// Binary digits of a coordinate.
 const DIGITS: u32 = 23;
 
-/// What is left of the point of one cycle and stream.
+/// Remaining coordinates of the point of one cycle and stream.
 #[derive(Clone, Debug)]
 pub(crate) struct Point {
     coordinates: [u32; DIMENSIONS],

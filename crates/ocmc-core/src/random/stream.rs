@@ -70,7 +70,7 @@ pub enum Stream {
     Vehicle = 28,
     /// Parameter uncertainty of the curve-speed fit, keyed by replicate and not by cycle.
     CurveSpeedParameters = 29,
-    /// Which of several given routes is driven.
+    /// Choice of a route among several given ones.
     Route = 30,
     /// Resampling of rows for bootstrap intervals, keyed by replicate and not by cycle. Belongs to
     /// no cycle.
@@ -83,7 +83,7 @@ pub enum Stream {
     SignOffset = 34,
     /// By how much what a truck meets or carries differs from its fleet's.
     TruckEffect = 35,
-    /// Which driver of a pool makes a trip.
+    /// Choice of the driver of a pool who makes a trip.
     DriverAssignment = 36,
     /// Prices, keyed by replicate and not by cycle: a price is a state of the world.
     Price = 37,

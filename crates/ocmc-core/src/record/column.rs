@@ -1,5 +1,5 @@
-//! The columns of the records: one for each field, for each amount of a carrier, and for each term of
-//! the ledger that is recorded so.
+//! The columns of the records: one for each field, for each amount of a carrier, and for each term
+//! of the ledger that is recorded so.
 
 use super::{Outcome, Record};
 use crate::energy::carrier::{ALL_STORES, CARRIERS, Carrier};

@@ -187,7 +187,7 @@ pub struct Record {
     pub truck_id: u64,
     /// Its driver: one of the truck's, or of the pool; null where a speed is followed exactly.
     pub driver_id: Option<u64>,
-    /// Which trip of its truck it is, from 0.
+    /// Number of the trip among those of its truck, from 0.
     pub trip: u64,
     /// Distance of the whole trip, in m. Where the battery emptied on the way, it is of the same
     /// trip driven again with a battery that never empties. Null for a diesel truck, and where the
@@ -240,30 +240,30 @@ pub struct Record {
     /// Greenhouse gases from the well to the wheel over distance and tonne of payload, in g/tkm of
     /// CO2 equivalents; null for an empty truck, else as `well_to_wheel_g_per_km`.
     pub well_to_wheel_g_per_tkm: Option<f64>,
-    /// Energy of the auxiliaries that heated and cooled the battery, in J; null where its temperature
-    /// is not looked at.
+    /// Energy of the auxiliaries that heated and cooled the battery, in J; null where its
+    /// temperature is not looked at.
     pub battery_conditioning_energy_j: Option<f64>,
     /// Temperature of the battery at the end, in K.
     pub final_battery_temperature_k: Option<f64>,
-    /// Lowest state of charge with which the truck came to a charger on the way or to the end of its
-    /// trip; null as `charged_energy_public_j`.
+    /// Lowest state of charge with which the truck came to a charger on the way or to the end of
+    /// its trip; null as `charged_energy_public_j`.
     pub lowest_charge: Option<f64>,
     /// Mean payload along the driven way, in kg: that at departure where no stop changes it.
     pub mean_payload_kg: f64,
     /// Work that the truck's body took at stops of the mission, in J, a part of
     /// `auxiliary_energy_j`; null where a speed is followed exactly.
     pub power_take_off_energy_j: Option<f64>,
-    /// What the chargers on the way gave the auxiliaries while the truck was plugged in, in J: no part of
-    /// `auxiliary_energy_j`; null as `charged_energy_public_j`.
+    /// Energy that the chargers on the way gave the auxiliaries while the truck was plugged in, in
+    /// J: no part of `auxiliary_energy_j`; null as `charged_energy_public_j`.
     pub charger_auxiliary_energy_j: Option<f64>,
     /// Its route, from 0 in the order in which a study or a command names them; null where the road
     /// is drawn.
     pub route_id: Option<u32>,
-    /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger that
-    /// have a column of their own.
+    /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger
+    /// that have a column of their own.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
-    /// What road types and event kinds took, in columns that the study names.
+    /// Amounts that road types and event kinds took, in columns that the study names.
     #[serde(skip)]
     pub breakdown: Breakdown,
     /// Each charging of a trip, in order; none where a study has no `[charging]`, and for a diesel
@@ -307,7 +307,7 @@ impl Record {
         record
     }
 
-    /// What the whole cycle took of an amount that is broken down.
+    /// Amount of the whole cycle, of those that are broken down.
     pub fn whole(&self, amount: Amount) -> Option<f64> {
         match amount {
             Amount::Distance => Some(self.distance_m),
@@ -317,7 +317,7 @@ impl Record {
         }
     }
 
-    /// What the cycle took of a carrier, in the unit of its amount; none where its truck does not store
+    /// Amount of a carrier that the cycle took, in its unit; none where its truck does not store
     /// it.
     pub fn amount(&self, carrier: Carrier) -> Option<f64> {
         self.of_carrier(carrier)[0]
@@ -338,8 +338,8 @@ impl Record {
         self.own_columns[OF_CARRIERS - 1]
     }
 
-    /// Energy from the stores over distance, in kWh/km: from all where the truck stores several carriers,
-    /// else from the battery.
+    /// Energy from the stores over distance, in kWh/km: from all where the truck stores several
+    /// carriers, else from the battery.
     pub fn drawn_kwh_per_km(&self) -> Option<f64> {
         self.all_kwh_per_km().or(self.consumption(Carrier::Electricity))
     }
@@ -357,8 +357,8 @@ impl Record {
         CARRIERS.iter().filter(|declared| self.amount(declared.carrier).is_some())
     }
 
-    /// Notes what the cycle took of a carrier: `amount` in the unit of its column, `sold` in the unit
-    /// in which it is sold.
+    /// Notes what the cycle took of a carrier: `amount` in the unit of its column, `sold` in the
+    /// unit in which it is sold.
     pub fn take(&mut self, carrier: Carrier, amount: f64, sold: f64, mode: Mode) {
         let consumption = self.per_distance(sold, mode).map(carrier.declaration().per_m);
         let per_tonne = self.per_tonne(consumption);

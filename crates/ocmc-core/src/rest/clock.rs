@@ -3,7 +3,7 @@
 
 use super::law::{RestLaw, Rules};
 
-/// What a truck with its crew does.
+/// Activity of a truck with its crew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
     /// It is driven.
@@ -26,13 +26,13 @@ pub enum Rest {
 /// Less driving than this before the end of a day is not worth a break, in s: the daily rest is
 /// taken instead (judgement).
 const WORTH_A_BREAK_S: f64 = 900.0;
-/// Who may drive no longer than this does not take the wheel, in s.
+/// Shortest driving time with which a driver takes the wheel, in s.
 const SHORTEST_DRIVING_S: f64 = 1.0;
 /// Beyond what a sum of durations is off by, in s.
 const ROUNDING_S: f64 = 1e-6;
 const WEEK_S: f64 = 7.0 * 86_400.0;
 
-/// What one driver does.
+/// Duty of one driver.
 #[derive(Clone, Copy, PartialEq)]
 enum Duty {
     Driving,
@@ -184,7 +184,7 @@ impl DutyClock {
         }
     }
 
-    /// What the driver at the wheel has driven since his last break, in s.
+    /// Driving time of the driver at the wheel since his last break, in s.
     pub fn driven_s(&self) -> f64 {
         self.clocks[self.at_wheel].driven_s
     }

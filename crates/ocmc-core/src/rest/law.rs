@@ -19,12 +19,12 @@ pub enum RestLaw {
     Us395,
 }
 
-/// What a law asks of one driver, in s.
+/// Requirements of a law on one driver, in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
     /// Driving after which a break is due.
     pub driving_s: f64,
-    /// That break.
+    /// Length of that break, in s.
     pub break_s: f64,
     /// First and second part that may replace it, in this order.
     pub split_s: Option<[f64; 2]>,
@@ -77,7 +77,7 @@ const US_395_3: Rules = Rules {
 };
 
 impl RestLaw {
-    /// What it asks of each driver of a crew of so many.
+    /// Rules for each driver of a crew of that size.
     pub fn rules(self, drivers: u32) -> &'static Rules {
         match self {
             Self::Eu561 if drivers > 1 => &EU_561_CREW,

@@ -30,14 +30,14 @@ pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
     if found.is_empty() { Ok(()) } else { Err(StudyError { problems: found }) }
 }
 
-/// What lies outside the range that is declared of its key, in a [tree](super::tree) of a study.
+/// Values outside the range that is declared of their key, in a [tree](super::tree) of a study.
 pub fn outside_bounds(tree: &Value) -> Vec<Problem> {
     let mut problems = Problems::default();
     within_bounds(tree, Key(&declarations()), &mut problems);
     problems.into_found()
 }
 
-/// What the rules beside the models say of numbers that are each within their range.
+/// Problems by the rules beside the models, of numbers that are each within their range.
 fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     let StudyModel { mission, road, traffic, driver, vehicle, fleet, .. } = model;
     let mut problems = Problems::default();
@@ -70,7 +70,8 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     problems.into_found()
 }
 
-/// Payloads that are given as numbers are legal, and the engine has the power that a body is to take.
+/// Payloads that are given as numbers are legal, and the engine has the power that a body is to
+/// take.
 fn loads_within(model: &StudyModel, problems: &mut Problems) {
     let StudyModel { mission, vehicle, .. } = model;
     let most_kg = vehicle.most_payload_kg();
@@ -94,8 +95,8 @@ fn loads_within(model: &StudyModel, problems: &mut Problems) {
     if let Some((Quantity::Number(power_w), left_w)) = power.zip(most_w()) {
         let allowed = format!(
             "at most {left_w}: the full load of the engine at \
-             `vehicle.powertrain.combustion.engine.power_take_off_speed_radps` (that of idling where it is absent) less \
-             its auxiliaries; a law is cut there"
+             `vehicle.powertrain.combustion.engine.power_take_off_speed_radps` (that of idling \
+             where it is absent) less its auxiliaries; a law is cut there"
         );
         problems.require(*power_w <= left_w, "stops.power_take_off.power_w", power_w, &allowed);
     }
@@ -200,7 +201,7 @@ pub struct Unusual {
     pub usual: Bounds,
 }
 
-/// What lies outside the range that is usual for its key, in a [tree](super::tree) of a study. A
+/// Values outside the range that is usual for their key, in a [tree](super::tree) of a study. A
 /// zero is none, where zero is allowed.
 pub fn outside_usual(tree: &Value) -> Vec<Unusual> {
     let mut found = Vec::new();

@@ -1,8 +1,8 @@
-//! What a truck and its drivers bring from the trips before, where trips of a truck chain.
+//! State that a truck and its drivers bring from the trips before, where trips of a truck chain.
 
 use crate::rest::DutyClock;
 
-/// What a trip begins with, and what comes after it.
+/// State at the beginning of a trip, and after it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Handover {
     /// State of charge up to which the depot charges: what the trip would have departed with by

@@ -1,4 +1,4 @@
-//! What is declared of the keys of a study: meaning, words and range, on the fields of the models'
+//! Declarations of the keys of a study: meaning, words and range, on the fields of the models'
 //! structs.
 //!
 //! A field is the only place that says it: the check of a study, the schema for editors, the
@@ -23,11 +23,11 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Those of a key without bounds: it has to be finite.
+    /// Bounds of a key without bounds: it has to be finite.
     pub const FINITE: Self = Self { minimum: f64::MIN, maximum: f64::MAX };
 }
 
-/// What is declared of a key, and of the keys below it: a part of the schema.
+/// Declaration of a key, and of the keys below it: a part of the schema.
 #[derive(Clone, Copy, Debug)]
 pub struct Key<'a>(pub &'a Value);
 
@@ -45,7 +45,7 @@ impl Key<'_> {
         named.map(Key).or_else(|| self.any_name())
     }
 
-    /// What all keys of a table share whose names a study is free to choose.
+    /// Part that all keys of a table share whose names a study is free to choose.
     pub fn any_name(self) -> Option<Self> {
         self.entry().0.get("additionalProperties").filter(|any| any.is_object()).map(Key)
     }

@@ -206,13 +206,13 @@ pub struct Scenario {
     pub vehicle: Vehicle,
     /// The truck behind the stops at which its load changes or its body works, in order.
     pub loads: Vec<Load>,
-    /// What its driver has driven at departure without a break, in s.
+    /// Driving time of its driver at departure without a break, in s.
     pub driven_before_s: f64,
-    /// What the legal gross mass took off the payload that was drawn, in kg.
+    /// Mass by which the legal gross mass cut the payload that was drawn, in kg.
     pub payload_cut_kg: f64,
     /// Public chargers along the way, in order; none for a truck without a battery.
     pub chargers: Vec<Charger>,
-    /// What the truck brings from the trip before; none where each trip stands alone.
+    /// State that the truck brings from the trip before; none where each trip stands alone.
     pub handover: Option<Handover>,
 }
 
@@ -237,8 +237,8 @@ impl Scenario {
         before.checked_sub(1).map_or(&self.vehicle, |k| &self.loads[k].vehicle)
     }
 
-    /// What a way takes whatever its consumption, in J: the potential energy of its climb, and the
-    /// work of the body at the stops on it. `climb_m`: the whole climb, in m.
+    /// Energy of a way that does not depend on its consumption, in J: the potential energy of its
+    /// climb, and the work of the body at the stops on it. `climb_m`: the whole climb, in m.
     pub fn fixed_energy_j(&self, [from_m, to_m]: [f64; 2], climb_m: f64) -> f64 {
         let lifted_j = |vehicle: &Vehicle, climb_m| vehicle.mass_kg * GRAVITY_MPS2 * climb_m;
         let within = |at_m: f64| at_m > from_m && at_m <= to_m;
@@ -359,7 +359,7 @@ impl Study {
         &self.operating_cycle
     }
 
-    /// What all trucks share.
+    /// Parameters that all trucks share.
     pub fn vehicle(&self) -> &VehicleParameters {
         &self.vehicle
     }
@@ -384,7 +384,7 @@ impl Study {
         self.breakdown.as_ref()
     }
 
-    /// What litres and kWh are multiplied by for greenhouse gases.
+    /// Factors from litres and kWh to greenhouse gases.
     pub fn emission_factors(&self) -> &EmissionFactors {
         &self.emission_factors
     }

@@ -1,4 +1,5 @@
-//! The outline of a cycle: the numbers that describe it before it is driven, drawn without its road.
+//! The outline of a cycle: the numbers that describe it before it is driven, drawn without its
+//! road.
 //!
 //! A few microseconds each, where a drive takes milliseconds. The outline of a cycle is drawn from
 //! the streams of the cycle itself, so it says what that cycle has; the outlines of the second

@@ -37,14 +37,14 @@ pub enum Step {
     Index(usize),
 }
 
-/// What a tree says that no study says.
+/// Error of a tree that is no study.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct TreeError {
     /// Steps from the root; they end at the table around a missing key, and at a law for what is
     /// wrong within.
     pub steps: Vec<Step>,
-    /// What is wrong there, in the words of serde.
+    /// Fault there, in the words of serde.
     pub message: String,
 }
 
@@ -158,7 +158,8 @@ impl<'de> Deserializer<'de> for Tree<'de> {
                 let there: Vec<&str> = table.keys().map(String::as_str).collect();
                 let there = if there.is_empty() { "none".to_owned() } else { there.join(" and ") };
                 Err(TreeError::custom(format_args!(
-                    "one of the tables {}; there is {there}: leave an inherited one out by study.drop",
+                    "one of the tables {}; there is {there}: leave an inherited one out by \
+                     study.drop",
                     names.join(", ")
                 )))
             }

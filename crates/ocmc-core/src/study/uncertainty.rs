@@ -142,7 +142,7 @@ fn of_curve_speed(law: &CurveSpeedModel) -> Estimates {
 }
 
 impl StudyModel {
-    /// What the study says of its uncertain numbers; none where it takes all for certain.
+    /// Uncertain numbers of the study; none where it takes all for certain.
     pub fn uncertain(&self) -> Option<Uncertainty> {
         let law = &self.driver.curve_speed;
         let law = law.parameter_uncertainty.then(|| of_curve_speed(law));
@@ -307,7 +307,8 @@ impl<'a> Share<'a> {
     }
 }
 
-/// The list or table of shares to one of which a path leads, and how many there are; none elsewhere.
+/// The list or table of shares to one of which a path leads, and how many there are; none
+/// elsewhere.
 pub fn shares_around<'a>(study: &Value, key: &'a str) -> Option<(&'a str, usize)> {
     let share = Share::of(key)?;
     let count = share.number_in(study);

@@ -89,7 +89,7 @@ pub struct VehicleModel {
     pub stops_at_railway_crossings: bool,
 }
 
-/// What all trucks of a study share, prepared for the hot loop.
+/// Parameters that all trucks of a study share, prepared for the hot loop.
 #[derive(Clone, Debug)]
 pub struct VehicleParameters {
     /// The powertrain.
@@ -259,7 +259,7 @@ impl VehicleModel {
 }
 
 impl Vehicle {
-    /// What its powertrain is given. `climate_w`: power of heating and cooling, in W.
+    /// Inputs of its powertrain. `climate_w`: power of heating and cooling, in W.
     pub fn powertrain_inputs(&self, climate_w: f64) -> TruckInputs {
         TruckInputs {
             auxiliary_power_w: self.auxiliary_power_w + climate_w,

@@ -43,7 +43,7 @@ const GROUPS: usize = 20;
 const FIRST_SHARE: u64 = 4;
 /// Least drivers of a sample.
 const LEAST_DRIVERS: u64 = 20;
-/// What is near enough: ln v₀, δ and the two variances (0.001 of an SD of 0.06 and of 0.25).
+/// Tolerance: ln v₀, δ and the two variances (0.001 of an SD of 0.06 and of 0.25).
 const TOLERANCE: [f64; COUNT] = [0.002, 0.002, 0.00012, 0.0005];
 /// Steps of the derivatives, in ln v₀, δ and the variances (of SDs of 0.07 and 0.16).
 const STEP: [f64; COUNT] = [0.04, 0.04, 0.005, 0.025];
@@ -84,7 +84,7 @@ pub struct CalibrationOptions {
     pub trips: Trips,
     /// How curves are found.
     pub detection: CurveOptions,
-    /// Which curves count.
+    /// Curves that count.
     pub fit: CurveSpeedOptions,
     /// Smallest residual SD that the law may have: 4.8 % of the paper's simulator, where nothing
     /// but the bend changed a driver's speed.
@@ -113,7 +113,8 @@ pub enum CalibrationError {
     Measured(CurveSpeedFitError),
     /// One driver was measured.
     #[error(
-        "one driver was measured, so that nothing is known about how drivers differ; allowed are two or more"
+        "one driver was measured, so that nothing is known about how drivers differ; allowed are \
+         two or more"
     )]
     OneDriver,
     /// The simulated curves have no fit.
@@ -121,7 +122,8 @@ pub enum CalibrationError {
     Simulated(CurveSpeedFitError),
     /// A study that takes its law from a table of trucks.
     #[error(
-        "the law is drawn from a table of trucks; allowed are studies with form = \"pooled\" or \"calibrated\""
+        "the law is drawn from a table of trucks; allowed are studies with form = \"pooled\" or \
+         \"calibrated\""
     )]
     Form,
     /// The law does not fit the study.
@@ -132,10 +134,10 @@ pub enum CalibrationError {
     Ended,
 }
 
-/// What makes the scatter of simulated curves beside the law.
+/// Sources of the scatter of simulated curves beside the law.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Surroundings {
-    /// What is turned off, as in `simulation.without`.
+    /// Parts that are turned off, as in `simulation.without`.
     pub without: Vec<ModelSwitch>,
     /// The numbers then, with the calibrated law.
     pub numbers: CurveSpeedNumbers,
@@ -146,7 +148,7 @@ pub struct Surroundings {
 pub struct CurveSpeedCalibration {
     /// The measured table.
     pub measured: MeasuredCurves,
-    /// What the study's law as it was gives.
+    /// Numbers that the study's original law gives.
     pub before: CurveSpeedNumbers,
     /// The law that the search ended at.
     pub law: CurveSpeedNumbers,
@@ -154,7 +156,7 @@ pub struct CurveSpeedCalibration {
     pub standard_errors: [f64; COUNT],
     /// Correlation of the errors of the law.
     pub error_correlation: [[f64; COUNT]; COUNT],
-    /// What that law gives.
+    /// Numbers that this law gives.
     pub simulated: CurveSpeedNumbers,
     /// Numbers of the law that stay on a bound: the table is out of reach in them.
     pub at_bound: Vec<&'static str>,
@@ -168,12 +170,12 @@ pub struct CurveSpeedCalibration {
     pub trips_per_driver: u64,
     /// Times that the study was driven.
     pub evaluations: usize,
-    /// What the same law gives with parts of the study turned off.
+    /// Numbers of the same law with parts of the study turned off.
     pub surroundings: Vec<Surroundings>,
 }
 
 impl CurveSpeedNumbers {
-    /// Those of a law as it is written.
+    /// Numbers of a law as it is written.
     pub fn of_law(law: &CurveSpeedModel) -> Self {
         Self {
             reference_speed_mps: law.reference_speed_mps,
@@ -183,7 +185,7 @@ impl CurveSpeedNumbers {
         }
     }
 
-    /// Those of a fit; none with one driver.
+    /// Numbers of a fit; none with one driver.
     fn of_fit(fit: &CurveSpeedFit) -> Option<Self> {
         let reml = fit.random_intercept.as_ref().map(|drivers| drivers.driver_sd);
         Some(Self {
@@ -238,7 +240,8 @@ impl MeasuredCurves {
     /// Measured curves of some drivers.
     ///
     /// # Errors
-    /// [`CalibrationError::Measured`] where the curves have no fit, [`CalibrationError::OneDriver`].
+    /// [`CalibrationError::Measured`] where the curves have no fit,
+    /// [`CalibrationError::OneDriver`].
     pub fn of_curves(
         table: &CurveTable,
         options: &CurveSpeedOptions,
@@ -427,8 +430,8 @@ impl Driven<'_> {
     }
 }
 
-/// What is turned off to see what it does: traffic, what stops or slows at one place, both, and the
-/// signs, too.
+/// Parts that are turned off to see their effect: traffic, what stops or slows at one place, both,
+/// and the signs, too.
 fn parts() -> [Vec<ModelSwitch>; 4] {
     let traffic = vec![ModelSwitch::Traffic];
     let events = vec![

@@ -35,7 +35,7 @@ pub struct Search<const N: usize> {
 pub struct Root<const N: usize> {
     /// The point.
     pub point: [f64; N],
-    /// What is left of the function there.
+    /// Residual of the function there.
     pub residual: [f64; N],
     /// Coordinates that stay on a bound: their equations are not solved.
     pub at_bound: [bool; N],

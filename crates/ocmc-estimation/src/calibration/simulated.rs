@@ -11,7 +11,7 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
 
-/// Which trips are driven.
+/// Trips that are driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trips {
     /// Master seed.
@@ -24,8 +24,8 @@ pub struct Trips {
     pub threads: usize,
 }
 
-/// What `ocmc curves` would find in these trips; none of trips that cannot be used. Logs of curves
-/// need 5 Hz: the study's step is the caller's to choose.
+/// Curves that `ocmc curves` would find in these trips; none of trips that cannot be used. Logs of
+/// curves need 5 Hz: the study's step is the caller's to choose.
 pub fn simulated_curves(study: &Study, trips: &Trips, options: &CurveOptions) -> CurveTable {
     let found = watched_curves(study, trips, options, || ControlFlow::<Infallible>::Continue(()));
     match found {

@@ -30,7 +30,7 @@ pub struct Absorbed {
     means: DMatrix<f64>,
     /// Mean of y in each group.
     y_means: DVector<f64>,
-    /// What columns and groups leave of y, as sum of squares.
+    /// Rest of y after columns and groups, as sum of squares.
     pub residual_sum_sq: f64,
     /// Number of rows.
     pub rows: usize,

@@ -1,9 +1,9 @@
 //! Variance of the coefficients of a regression whose rows belong to clusters of unequal size: the
 //! sandwich in the form CR2, with the degrees of freedom of its own distribution.
 //!
-//! Of each cluster g enter the information S_g = X_gᵀX_g and the score s_g = X_gᵀe_g, what levels of
-//! groups have in them eliminated. With M = (Σ S_g)⁻¹ = L Lᵀ and Q_g = Lᵀ S_g L = V Λ Vᵀ a cluster
-//! moves the coefficients by
+//! Of each cluster g enter the information S_g = X_gᵀX_g and the score s_g = X_gᵀe_g, what levels
+//! of groups have in them eliminated. With M = (Σ S_g)⁻¹ = L Lᵀ and Q_g = Lᵀ S_g L = V Λ Vᵀ a
+//! cluster moves the coefficients by
 //!
 //! m_g = L (I − Q_g)^(−1/2) Lᵀ s_g,
 //!
@@ -14,8 +14,8 @@
 //!
 //! For a contrast c let w = Lᵀc, u_g = (I − Q_g)^(−1/2) Q_g w and d_g = wᵀ Q_g w. With independent
 //! normal rows cᵀ Σ m_g m_gᵀ c is a quadratic form of normal numbers, independent of cᵀβ, whose
-//! matrix of clusters is B = diag(d_g + |u_g|²) − U Uᵀ with the rows u_g of U. By Craig's form of the
-//! normal law a ratio T of error and standard error lies outside ± q with the probability
+//! matrix of clusters is B = diag(d_g + |u_g|²) − U Uᵀ with the rows u_g of U. By Craig's form of
+//! the normal law a ratio T of error and standard error lies outside ± q with the probability
 //!
 //! P(|T| > q) = 2/π ∫ det(I + q² B / (tr B sin²φ))^(−1/2) dφ over 0 to π/2,
 //!
@@ -26,8 +26,8 @@
 //! Sources: R. M. Bell, D. F. McCaffrey, *Bias reduction in standard errors for linear regression
 //! with multi-stage samples*, Survey Methodology 28 (2002) 169-181 \[PK\]; J. E. Pustejovsky, E.
 //! Tipton, *Small-sample methods for cluster-robust variance estimation and hypothesis testing in
-//! fixed effects models*, J. Bus. Econ. Stat. 36 (2018) 672-683, also for absorbed levels \[PK\]; J.
-//! W. Craig, IEEE MILCOM (1991) 571-575 \[PK\].
+//! fixed effects models*, J. Bus. Econ. Stat. 36 (2018) 672-683, also for absorbed levels \[PK\];
+//! J. W. Craig, IEEE MILCOM (1991) 571-575 \[PK\].
 
 use super::p_value::{NORMAL_975, t_of_interval};
 use super::traffic_speed::bisect;

@@ -1,10 +1,10 @@
 //! How far rows of one kind lie above those of another: before and after a date, with a tyre and
 //! without it.
 //!
-//! y = cluster + Xβ + δ z + e, z = 1 for the rows of the one kind. Clusters have levels of their own
-//! where at least two of them have rows of both kinds, so that δ is what changed within them; else
-//! there is one level, and δ compares clusters. The error is CR2 over the clusters with its own
-//! degrees of freedom (`super::cluster_robust`).
+//! y = cluster + Xβ + δ z + e, z = 1 for the rows of the one kind. Clusters have levels of their
+//! own where at least two of them have rows of both kinds, so that δ is what changed within them;
+//! else there is one level, and δ compares clusters. The error is CR2 over the clusters with its
+//! own degrees of freedom (`super::cluster_robust`).
 
 use super::cluster_robust::{Cluster, ClusterMoves};
 use super::far_rows::WithinGroups;

@@ -88,8 +88,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     f64::midpoint(values[(n - 1) / 2], values[n / 2])
 }
 
-/// Variance of each row beside its group and the slopes, a + b s² with s the SD that was expected of
-/// it: what a row varies by beside that is a.
+/// Variance of each row beside its group and the slopes, a + b s² with s the SD that was expected
+/// of it: what a row varies by beside that is a.
 ///
 /// The squares of the residuals are fitted with weights s⁻⁴, their variances but for a factor.
 pub fn variances(value: &[f64], columns: &[Vec<f64>], group: &[usize], sd: &[f64]) -> Vec<f64> {
@@ -131,8 +131,8 @@ pub fn variances(value: &[f64], columns: &[Vec<f64>], group: &[usize], sd: &[f64
     sd.iter().map(|sd| a + b * sd * sd).collect()
 }
 
-/// Whether each row counts: its residual lies within [`FAR`] SDs, each row's as a multiple of the one
-/// that was expected of it.
+/// Whether each row counts: its residual lies within [`FAR`] SDs, each row's as a multiple of the
+/// one that was expected of it.
 pub fn near_rows(value: &[f64], columns: &[Vec<f64>], group: &[usize], sd: &[f64]) -> Vec<bool> {
     let n = value.len();
     let groups = group.iter().max().map_or(0, |last| last + 1);

@@ -21,7 +21,7 @@ const COLLINEAR: f64 = 1e-11;
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeastSquares {
     part: Part,
-    /// What the columns leave of y, as sum of squares.
+    /// Rest of y after the columns, as sum of squares.
     pub residual_sum_sq: f64,
     /// Number of rows.
     pub rows: usize,
@@ -35,7 +35,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Of a triangle of \[Z y\]; what is left of y, as sum of squares.
+    /// Part of a triangle of \[Z y\], and the rest of y, as sum of squares.
     pub(super) fn of(triangle: &DMatrix<f64>) -> (Self, f64) {
         let width = triangle.ncols() - 1;
         let r = triangle.view((0, 0), (width, width)).into_owned();

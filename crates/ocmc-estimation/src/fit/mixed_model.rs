@@ -49,7 +49,7 @@ pub struct GroupedRows {
     width: usize,
 }
 
-/// What Λ leaves of the rows.
+/// Rest of the rows after Λ.
 struct Profile {
     /// Triangle of the whitened \[X y\].
     triangle: DMatrix<f64>,
@@ -157,7 +157,7 @@ impl GroupedRows {
         profile.log_determinant + df * (1.0 + libm::log(2.0 * PI * profile.sum_sq / df))
     }
 
-    /// What follows from Λ.
+    /// Profile at Λ.
     fn profile(&self, lambda: &DMatrix<f64>) -> Option<Profile> {
         let (p, q, m) = (self.width, lambda.nrows(), self.width + 1);
         let mut stacked = Triangle::new(m);

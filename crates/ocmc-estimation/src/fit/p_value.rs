@@ -130,7 +130,7 @@ fn ln_beta(a: f64, b: f64) -> f64 {
     libm::lgamma(small) + difference
 }
 
-/// What Stirling's formula leaves of ln Γ(x), x ≥ 10: 1/(12x) − 1/(360x³) + ...
+/// Rest of ln Γ(x) after Stirling's formula, x ≥ 10: 1/(12x) − 1/(360x³) + ...
 fn stirling(x: f64) -> f64 {
     let s = 1.0 / (x * x);
     (1.0 / 12.0 - s * (1.0 / 360.0 - s * (1.0 / 1260.0 - s * (1.0 / 1680.0 - s / 1188.0)))) / x

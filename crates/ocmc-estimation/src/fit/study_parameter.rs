@@ -12,7 +12,7 @@ pub struct StudyParameterFit {
     pub value: f64,
     /// Standard error; none where it has no simple form.
     pub standard_error: Option<f64>,
-    /// What was counted: stretches, signs, events, curves, steps, blocks.
+    /// Number of stretches, signs, events, curves, steps or blocks that were counted.
     pub n: usize,
 }
 
@@ -20,9 +20,9 @@ pub struct StudyParameterFit {
 #[derive(Debug, Default)]
 pub(super) struct Estimates<'a> {
     pub parameters: Vec<StudyParameterFit>,
-    /// What does not stop the fit and has to be known.
+    /// Facts that do not stop the fit and have to be known.
     pub warnings: Vec<String>,
-    /// What is estimated now: the head of its warnings.
+    /// Name of what is estimated now: the head of its warnings.
     pub name: &'a str,
 }
 

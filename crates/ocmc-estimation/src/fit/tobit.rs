@@ -68,9 +68,9 @@ pub struct TobitFit {
     pub own_variances: Vec<f64>,
     /// Variance of the unweighted mean of the levels.
     pub mean_level_variance: f64,
-    /// Standard error of that mean with the rows of one group taken as one observation: that for the
-    /// groups that these stand for; and its correlation with the first coefficient's. None with one
-    /// group.
+    /// Standard error of that mean with the rows of one group taken as one observation: that for
+    /// the groups that these stand for; and its correlation with the first coefficient's. None with
+    /// one group.
     pub(super) clustered_mean_level: Option<(f64, f64)>,
     /// Coefficients β.
     pub coefficients: Vec<f64>,

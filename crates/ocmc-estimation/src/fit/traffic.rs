@@ -65,7 +65,7 @@ pub struct TrafficFit {
     pub parameters: Vec<StudyParameterFit>,
     /// SD of the noise of the speeds over the speed of the empty road, where speeds were measured.
     pub speed_noise_sd: Option<f64>,
-    /// What does not stop the fit and has to be known.
+    /// Facts that do not stop the fit and have to be known.
     pub warnings: Vec<String>,
     /// The model: the base study's, with what was estimated laid over it.
     #[serde(skip)]
@@ -332,8 +332,8 @@ fn set_speeds(
     let pairs = speeds.pairs[0].len();
     estimates.set("step_correlation", &mut model.step_correlation, phi, error, pairs);
     estimates.warnings.push(
-        "step_correlation: of noisy speeds its error is somewhat small, and an interval by it covers some 90 %, \
-         not 95 %"
+        "step_correlation: of noisy speeds its error is somewhat small, and an interval by it \
+         covers some 90 %, not 95 %"
             .to_owned(),
     );
 }

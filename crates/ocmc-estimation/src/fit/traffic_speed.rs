@@ -47,7 +47,7 @@ pub(super) struct Speed {
     pub day: usize,
 }
 
-/// What speeds determine.
+/// Parameters that speeds determine.
 #[derive(Clone, Debug)]
 pub(super) struct SpeedFit {
     /// Off-peak and peak share of each type.

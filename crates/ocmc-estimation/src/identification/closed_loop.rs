@@ -5,8 +5,8 @@
 //! controller knows at the start is not in a log: the filtered speed follows from the measured
 //! acceleration, the integral part is estimated with the gains, and so is the speed itself, of
 //! which the first second of the log says how fast it was and how sure that is. The air is still,
-//! dry and at 15 °C or as warm as the log says, the road smooth asphalt, the truck the typical one with
-//! the mean payload or of a given mass. A driver may see the speed late.
+//! dry and at 15 °C or as warm as the log says, the road smooth asphalt, the truck the typical one
+//! with the mean payload or of a given mass. A driver may see the speed late.
 
 use super::event::PedalLog;
 use super::noise::{noise_sd, pedal_noise_sd};
@@ -44,8 +44,8 @@ const BLOCK_M: f64 = 1000.0;
 const START_S: f64 = 1.0;
 /// Highest degree of that average.
 const HIGHEST_DEGREE: usize = 4;
-/// The same where a signal scatters by more than this, in m/s or pedals: a line through one second of
-/// it says too little about its lag.
+/// The same where a signal scatters by more than this, in m/s or pedals: a line through one second
+/// of it says too little about its lag.
 const NOISY_START_S: f64 = 3.0;
 const NOISY: f64 = 0.005;
 /// A coefficient of so many standard errors is one.
@@ -84,7 +84,7 @@ pub struct Controller {
     pub resistance_share: f64,
 }
 
-/// What the first second of a log says about the start of its event.
+/// Start of the event by the first second of its log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventStart {
     /// Speed, in m/s, and its standard error.
@@ -95,7 +95,8 @@ pub struct EventStart {
     pub accelerator_per_s: f64,
     /// Change of the brake pedal, in 1/s.
     pub brake_per_s: f64,
-    /// Standard errors of the filtered speed, in m/s, and of the pedal that the engine has followed.
+    /// Standard errors of the filtered speed, in m/s, and of the pedal that the engine has
+    /// followed.
     pub lagged_errors: [f64; 2],
 }
 
@@ -123,7 +124,7 @@ pub struct ClosedLoop<'a> {
     scenario: Scenario,
     /// Motion at the start.
     pub rolling: InitialMotion,
-    /// What the log says about it.
+    /// Start of the event by its log.
     pub start: EventStart,
     /// Output of the controller at the start, from the pedals.
     pub start_output: f64,
@@ -273,7 +274,7 @@ impl<'a> ClosedLoop<'a> {
         simulate_events(self.study, &starts, self.duration_s)
     }
 
-    /// What is driven with a controller.
+    /// Start of a drive with a controller.
     fn rolling_start(&self, controller: &Controller) -> RollingStart {
         let mut scenario = self.scenario.clone();
         let Controller { proportional, integral, derivative, threshold_mps, .. } = *controller;
@@ -348,8 +349,8 @@ struct StartPolynomial {
 }
 
 impl StartPolynomial {
-    /// Standard error of what a lag shows at the start, for a scatter of 1: of the first coefficient
-    /// without a lag.
+    /// Standard error of what a lag shows at the start, for a scatter of 1: of the first
+    /// coefficient without a lag.
     fn spread(&self, lag_s: f64) -> f64 {
         let count = self.coefficients.len();
         let weights = DVector::from_fn(count, |k, _| {
@@ -366,8 +367,8 @@ impl StartPolynomial {
     }
 }
 
-/// The polynomial through the first [`START_S`] or [`NOISY_START_S`] of even slope: of the highest degree whose last
-/// coefficient is more than the scatter explains, at least a line.
+/// The polynomial through the first [`START_S`] or [`NOISY_START_S`] of even slope: of the highest
+/// degree whose last coefficient is more than the scatter explains, at least a line.
 fn start_of(log: &PedalLog, values: &[f64]) -> StartPolynomial {
     let time_s = &log.time_s;
     let span_s = if noise_sd(values) > NOISY { NOISY_START_S } else { START_S };
@@ -397,7 +398,7 @@ fn start_of(log: &PedalLog, values: &[f64]) -> StartPolynomial {
     StartPolynomial { coefficients: vec![values[0]], inverse, moves: false }
 }
 
-/// What a first-order lag makes of a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it
+/// Response of a first-order lag to a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it
 /// began: Σ (−τ)^k k! c_k.
 fn lagged(coefficients: &[f64], lag_s: f64) -> f64 {
     let (mut factor, mut sum) = (1.0, 0.0);

@@ -22,7 +22,7 @@ const ALTERNATING: f64 = -0.25;
 /// Fewest rows that show whether a slope scatters.
 const FEWEST_ROWS: usize = 30;
 
-/// What scatter a slope had.
+/// Scatter of a slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeScatter {
     /// Its standard deviation.
@@ -38,12 +38,12 @@ pub struct EvenSlopes {
     pub grade: Vec<f64>,
     /// Standard error of the stretch of each row.
     pub error: Vec<f64>,
-    /// What scatter there was.
+    /// Scatter of the slopes.
     pub scatter: SlopeScatter,
 }
 
 impl SlopeScatter {
-    /// What is done with it, in words.
+    /// Treatment of the scatter, in words.
     pub fn text(&self) -> String {
         let Self { sd, stretches } = self;
         let percent = 100.0 * sd;

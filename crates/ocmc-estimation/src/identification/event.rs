@@ -99,8 +99,8 @@ pub enum EventError {
     },
     /// Too little to identify anything.
     #[error(
-        "{rows} row{} over {duration_s:.1} s{}: at least {FEWEST_ROWS} rows over {SHORTEST_S} s are \
-         needed",
+        "{rows} row{} over {duration_s:.1} s{}: at least {FEWEST_ROWS} rows over {SHORTEST_S} s \
+         are needed",
         if *rows == 1 { "" } else { "s" },
         ended_by.map_or(String::new(), |setter| format!(", where {}", setter.text()))
     )]
@@ -109,7 +109,7 @@ pub enum EventError {
         rows: usize,
         /// Duration, in s.
         duration_s: f64,
-        /// What ends it.
+        /// Setter that ends it.
         ended_by: Option<SpeedSetter>,
     },
     /// Pedals that are no shares.
@@ -154,7 +154,7 @@ impl EventError {
     }
 }
 
-/// What an event is like.
+/// Properties of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct EventSummary {
     /// The largest slope, signed.

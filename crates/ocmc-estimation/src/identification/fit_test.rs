@@ -9,8 +9,8 @@
 //! the step towards a delay is above zero by 1.96 standard errors, or where half a second of it
 //! cannot be excluded (1.645 standard errors) [EJ]. Rows in which a pedal rests at a stop in log
 //! and simulation tell nothing and are left out. A score is taken of what is not estimated, and not
-//! of a switched driver, whose residuals jump. Three times the noise is no misfit but a fit that has
-//! failed: where a step from there leads says nothing of delay or mass, and is not said [EJ].
+//! of a switched driver, whose residuals jump. Three times the noise is no misfit but a fit that
+//! has failed: where a step from there leads says nothing of delay or mass, and is not said [EJ].
 //!
 //! C. R. Rao, "Large sample tests of statistical hypotheses concerning several parameters with
 //! applications to problems of estimation", Mathematical Proceedings of the Cambridge Philosophical
@@ -51,7 +51,7 @@ pub(super) struct ComparedRow {
     pub(super) simulated: [f64; 2],
 }
 
-/// What the tests of a fit have found.
+/// Results of the tests of a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FitTest {
     /// Noise of the sensors of accelerator and brake, standard deviation, at least their
@@ -156,8 +156,8 @@ impl FitTest {
         if self.noise_ratio > FAILED_RATIO {
             misfits.push(format!(
                 "the fit fails, the pedals are off by {:.1} times the noise of their sensors \
-                 ({:.4}): the driver may have wanted another speed, for a limit, a curve, a stop or \
-                 traffic, or truck and slope are not those of study and log",
+                 ({:.4}): the driver may have wanted another speed, for a limit, a curve, a stop \
+                 or traffic, or truck and slope are not those of study and log",
                 self.noise_ratio, self.pedal_noise[0]
             ));
             return misfits;

@@ -8,8 +8,8 @@
 //! measured: either pulls the gains, the simulated speed since the term is not zero at the truth,
 //! the measured one by the set speed, which is estimated, too. Both can be chosen; none is the
 //! default, and each pedal counts in units of its sensor's noise. Integral part and speed at the
-//! start are estimated, too, and so are the driver's delay, the truck's mass and its resistance: each
-//! counts as one more measurement, of what the study says, with its spread (`truck_prior.rs`).
+//! start are estimated, too, and so are the driver's delay, the truck's mass and its resistance:
+//! each counts as one more measurement, of what the study says, with its spread (`truck_prior.rs`).
 //!
 //! How the best fit is looked for is told in `search.rs`: K_D is at least 0 until the fit has
 //! passed its tests, and then free, for a bound at 0 would make the mean of small ones too large.
@@ -41,7 +41,7 @@ pub(super) const NORMAL_95: f64 = 1.959964;
 /// An optimum that no larger share of the starts has found is flagged.
 const FEW_STARTS: f64 = 0.25;
 
-/// What was found for one parameter.
+/// Fit of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DriverParameterFit {
     /// Its name.
@@ -101,7 +101,7 @@ pub struct EventFit {
     pub test: FitTest,
     /// Why there are no intervals; nothing where there is no reason against them.
     pub no_intervals: Vec<String>,
-    /// What else has to be known of the fit.
+    /// Further facts that have to be known of the fit.
     pub warnings: Vec<String>,
     /// Starts.
     pub starts: usize,
@@ -264,8 +264,7 @@ pub(super) fn identified(
     Ok((fit, told))
 }
 
-/// What an estimate says without what was known before: both with their standard errors. None where
-/// it says hardly more.
+/// Estimate without the prior: both with their standard errors. None where it says hardly more.
 fn without_prior(
     [estimate, error]: [f64; 2],
     [expected, prior_error]: [f64; 2],

@@ -3,11 +3,11 @@
 //!
 //! Every event is identified twice. The first fits tell the mass of the truck, each by itself. For
 //! the second fit of an event it is expected at the median of the other ones. A median, since
-//! shifts of the gearbox leave wrong optima, whose masses are far off and look certain. Its standard
-//! error is the median of the stated ones, or what the masses scatter by (their median absolute
-//! deviation over 0.6745), whichever is larger. No root of their number is taken: what is expected
-//! of resistance and delay draws all of them to the same side. It is at least 1 % of the mass, for
-//! the truck of the closed loop is not exactly the one that was driven (a judgement).
+//! shifts of the gearbox leave wrong optima, whose masses are far off and look certain. Its
+//! standard error is the median of the stated ones, or what the masses scatter by (their median
+//! absolute deviation over 0.6745), whichever is larger. No root of their number is taken: what is
+//! expected of resistance and delay draws all of them to the same side. It is at least 1 % of the
+//! mass, for the truck of the closed loop is not exactly the one that was driven (a judgement).
 
 use super::event::{EventError, PedalLog};
 use super::identify::{EventFit, identified};

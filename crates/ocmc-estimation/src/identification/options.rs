@@ -1,9 +1,9 @@
-//! What an identification fits, and within which bounds.
+//! Parameters that an identification fits, and their bounds.
 
 use serde::Serialize;
 use thiserror::Error;
 
-/// Which controller is fitted.
+/// Controller that is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ControllerKind {
@@ -13,7 +13,7 @@ pub enum ControllerKind {
     Switched,
 }
 
-/// Which speed the speed term compares with the set speed.
+/// Speed that the speed term compares with the set speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SpeedTerm {
@@ -25,7 +25,7 @@ pub enum SpeedTerm {
     Simulated,
 }
 
-/// What may be unknown beside the controller.
+/// Parameter that may be unknown beside the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
     /// How late the driver sees the speed.
@@ -55,7 +55,7 @@ impl Unknowns {
     /// None of them: the truck is the study's, and its driver reacts at once.
     pub const NONE: Self = Self { delay: false, mass: false, resistance: false };
 
-    /// Those of a list.
+    /// Unknowns of a list.
     pub fn of(list: &[Unknown]) -> Self {
         let has = |unknown| list.contains(&unknown);
         Self {
@@ -65,8 +65,8 @@ impl Unknowns {
         }
     }
 
-    /// Those that are estimated where nothing else is said: all with a PID whose pedals alone are
-    /// compared; none with a switched driver, whose pedals jump, or with a speed term, which
+    /// Unknowns that are estimated where nothing else is said: all with a PID whose pedals alone
+    /// are compared; none with a switched driver, whose pedals jump, or with a speed term, which
     /// biases what is estimated.
     pub fn standard(controller: ControllerKind, speed_term: SpeedTerm) -> Self {
         match (controller, speed_term) {
@@ -79,11 +79,11 @@ impl Unknowns {
 /// Options of the identification.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct IdentifyOptions {
-    /// Which controller.
+    /// Kind of the controller.
     pub controller: ControllerKind,
-    /// Which speed term.
+    /// Kind of the speed term.
     pub speed_term: SpeedTerm,
-    /// What else is not known.
+    /// Further unknowns.
     pub unknown: Unknowns,
     /// Number of starts.
     pub starts: usize,
@@ -95,8 +95,8 @@ pub struct IdentifyOptions {
     pub proportional: [f64; 2],
     /// Bounds of K_I, in 1/m.
     pub integral: [f64; 2],
-    /// Bounds of K_D, in s²/m. A lower bound of 0 is one of the gain: the estimate of a fit that has
-    /// passed its tests may fall below, for noise moves it to both sides.
+    /// Bounds of K_D, in s²/m. A lower bound of 0 is one of the gain: the estimate of a fit that
+    /// has passed its tests may fall below, for noise moves it to both sides.
     pub derivative: [f64; 2],
     /// Bounds of a switched driver's threshold, in m/s.
     pub threshold_mps: [f64; 2],
@@ -126,7 +126,9 @@ impl Default for IdentifyOptions {
 
 /// Bounds between which nothing can be looked for.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("the bounds of {name} are {} and {}: they have to rise, from {least} on", bounds[0], bounds[1])]
+#[error(
+    "the bounds of {name} are {} and {}: they have to rise, from {least} on", bounds[0], bounds[1]
+)]
 pub struct BoundsError {
     /// Name of the gain.
     name: &'static str,

@@ -11,8 +11,8 @@ const ROUNDS: usize = 6;
 const NEAREST: f64 = 0.7;
 
 impl Problem<'_> {
-    /// How the other parameters follow parameter `k` away from the optimum, to first order: each for
-    /// a unit of it.
+    /// How the other parameters follow parameter `k` away from the optimum, to first order: each
+    /// for a unit of it.
     fn followers(best: &Optimum, k: usize) -> Vec<f64> {
         let count = best.parameters.len();
         let mut rates = vec![0.0; count];

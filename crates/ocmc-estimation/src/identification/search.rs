@@ -41,7 +41,7 @@ const SCRAMBLE: u32 = 2;
 /// Where the searches of an event ended, and the best of it.
 pub(super) struct Searched<'a> {
     pub(super) problem: Problem<'a>,
-    /// Of the starts, then of the looks around.
+    /// Optima of the starts, then of the looks around.
     pub(super) optima: Vec<Optimum>,
     /// How many of them are of starts.
     pub(super) starts: usize,

@@ -2,10 +2,10 @@
 //!
 //! A driver who comes down from v to v' with the deceleration a begins (v² − v'²) / (2 a) before
 //! the place. All places ahead together are a backward sweep, n(x) = min_j [v'_j² + 2 a (x_j − x)],
-//! as for the desired speed of a simulated drive: what it allows is below what the truck drives from
-//! the place on where a driver may have begun. Taken are limits that fall, curves, and standstills of
-//! the log, with the study's laws of drivers: of one who keeps as far below a limit, takes a curve
-//! as slowly and brakes as softly as one in a hundred (a judgement).
+//! as for the desired speed of a simulated drive: what it allows is below what the truck drives
+//! from the place on where a driver may have begun. Taken are limits that fall, curves, and
+//! standstills of the log, with the study's laws of drivers: of one who keeps as far below a limit,
+//! takes a curve as slowly and brakes as softly as one in a hundred (a judgement).
 //!
 //! What no column shows (traffic, a crossing, a limit in a log without limits) the speed does: a
 //! truck that slows down without power on a road that does not climb, to a speed below the one

@@ -13,8 +13,8 @@ impl Problem<'_> {
         self.bounds[k].iter().any(|bound| (x[k] - bound).abs() <= 1e-6 * (upper - lower))
     }
 
-    /// What of start, set speed and truck has ended at an edge of its box, where no log of one
-    /// wanted speed and of this truck has it: there the fit is none.
+    /// Names of those of start, set speed and truck that ended at an edge of their box, where no
+    /// log of one wanted speed and of this truck has it: there the fit is none.
     pub(super) fn edges(&self, x: &[f64]) -> Option<String> {
         let outer = |k: &usize| match self.names[*k] {
             "set_speed_mps" | "start_speed_mps" | "mass_kg" | "resistance_share" => true,

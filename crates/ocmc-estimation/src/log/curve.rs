@@ -40,7 +40,7 @@ pub enum Detector {
     Threshold(Threshold),
 }
 
-/// What the radius of a curve is.
+/// Definition of the radius of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RadiusDefinition {
@@ -76,7 +76,7 @@ impl Correction {
 pub struct CurveOptions {
     /// How curves are distinguished from straights.
     pub detector: Detector,
-    /// What the radius is.
+    /// Definition of the radius.
     pub radius: RadiusDefinition,
     /// Share of a curve's length, in its middle, in which speed and radius are measured.
     pub central_share: f64,
@@ -143,7 +143,7 @@ pub struct DrivenCurve {
     pub acceleration_mps2: f64,
     /// Speed limit in the middle, in m/s, where the log has one.
     pub limit_mps: Option<f64>,
-    /// What lies around it.
+    /// Surroundings of the curve.
     #[serde(flatten)]
     pub around: Surroundings,
 }
@@ -155,7 +155,7 @@ impl DrivenCurve {
     }
 }
 
-/// What was found in a log, and what was not used.
+/// Curves that were found in a log, and the parts that were not used.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CurveDetection {
     /// The curves, in order.
@@ -164,7 +164,7 @@ pub struct CurveDetection {
     pub counts: LogCounts,
     /// Way of the log, gaps not counted, in m.
     pub way_m: f64,
-    /// Of it too slow for a curvature, in m.
+    /// Length too slow for a curvature, in m.
     pub slow_m: f64,
     /// Bias that was subtracted from the yaw rate, in rad/s; none where the log does not determine
     /// it.

@@ -63,7 +63,7 @@ impl Default for HiddenMarkov {
     }
 }
 
-/// What the training found.
+/// Result of the training.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Training {
     /// The trained laws.

@@ -60,7 +60,7 @@ pub struct RoadLog<'a> {
     pub map_object: Option<Vec<&'a str>>,
 }
 
-/// What stands for the limits of a log that has none.
+/// Substitute for the limits of a log that has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MissingLimits {
@@ -69,7 +69,7 @@ pub enum MissingLimits {
     Unknown,
     /// One for the whole log, in m/s.
     Everywhere(f64),
-    /// What the speed of the drive shows ([`super::speed_envelope`]).
+    /// Limits that the speed of the drive shows ([`super::speed_envelope`]).
     OfSpeed,
 }
 
@@ -169,7 +169,7 @@ impl LoggedRoad {
     }
 }
 
-/// What was not used, or had to be supposed.
+/// Counts of what was not used, or had to be supposed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RoadCounts {
     /// Rows.
@@ -216,9 +216,9 @@ pub struct RoadCounts {
 pub struct LoggedRoads {
     /// Roads, in order.
     pub roads: Vec<LoggedRoad>,
-    /// What the log determines.
+    /// Coverage of the log.
     pub coverage: Coverage,
-    /// What was not used.
+    /// Counts of what was not used.
     pub counts: RoadCounts,
     /// Where the limits come from.
     pub limits: LimitSource,

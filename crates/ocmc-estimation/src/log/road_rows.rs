@@ -388,7 +388,7 @@ fn at_types(mut limits: Vec<(f64, f64)>, types: &[(f64, &str)]) -> Vec<(f64, f64
     one_a_place(limits)
 }
 
-/// Of several values at one place the last one holds.
+/// Keeps the last of several values at one place.
 fn one_a_place<T: Copy>(mut points: Vec<(f64, T)>) -> Vec<(f64, T)> {
     points.dedup_by(|point, kept| {
         let same = point.0 <= kept.0;

@@ -107,7 +107,7 @@ fn without_jumps(way_m: &[f64], time_s: &[f64], altitude_m: &[f64]) -> (f64, Vec
     (jumps_m, rows)
 }
 
-/// What the rows of a road determine of its altitude.
+/// Altitude as the rows of a road determine it.
 pub(super) struct Climb {
     /// Altitude over position, both in m.
     pub altitude: Vec<(f64, f64)>,

@@ -1,4 +1,4 @@
-//! What the sensors add: the gyro's bias, from standstill, and the lag of the speed behind the
+//! Effects of the sensors: the gyro's bias, from standstill, and the lag of the speed behind the
 //! gyro, by correlation.
 //!
 //! A vehicle at rest does not turn, so the median yaw rate at standstill is the bias. A satellite

@@ -1,5 +1,4 @@
-//! What has to be right with a log, and its pieces between gaps. Nothing is dropped without being
-//! counted.
+//! Requirements on a log, and its pieces between gaps. Nothing is dropped without being counted.
 
 use super::{Samples, TripLog};
 use crate::option_check::OptionError;
@@ -102,7 +101,7 @@ pub enum LogError {
     Option(OptionError),
 }
 
-/// What was counted while a log was made ready.
+/// Counts of the preparation of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LogCounts {
     /// Rows of the log.

@@ -11,7 +11,7 @@ use super::signal::LIMITS_MPS;
 const REACH_M: f64 = 500.0;
 /// Step of limits, in m/s: 10 km/h.
 const STEP_MPS: f64 = 10.0 / 3.6;
-/// What a speed may be above a limit and still be driven at it, in m/s: half a km/h.
+/// Excess of a speed over a limit at which it still counts as driven at it, in m/s: half a km/h.
 const ABOVE_MPS: f64 = 0.5 / 3.6;
 
 /// A limit for each row, in m/s; NaN where time or speed are missing. Without a row that has both

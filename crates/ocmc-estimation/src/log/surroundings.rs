@@ -1,4 +1,4 @@
-//! What lies around a curve: whether it was driven freely.
+//! Surroundings of a curve: whether it was driven freely.
 //!
 //! The law of curve speeds is that of a truck that the curve alone slows. Close behind another
 //! curve, a junction or a standstill a truck still accelerates for its driver's wish in the middle
@@ -13,7 +13,7 @@ use serde::Serialize;
 /// (judgement: from 30 to 50 km/h a truck takes 120 m at 0.5 m/s²).
 pub const NEAR_M: f64 = 150.0;
 
-/// What lies around a curve.
+/// Surroundings of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Surroundings {
     /// Way from the end of the curve before, in m; where there is none from the start of the log,

@@ -12,7 +12,7 @@ pub const BINS: usize = 10;
 /// Places over which the speed counts as one value for a person, fewest.
 const FEWEST_PLACES: usize = 2;
 
-/// What is compared once a trip.
+/// Quantity that is compared once a trip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -66,7 +66,7 @@ pub struct Ensemble {
 /// A measured drive on the road of an ensemble.
 #[derive(Clone, Debug)]
 pub struct Measured {
-    /// What it is called.
+    /// Name of the quantity.
     pub name: String,
     /// Over the places of the road.
     pub passage: Passage,
@@ -98,7 +98,7 @@ pub struct SpeedScore {
 /// The scores of one drive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DriveScore {
-    /// What it is called.
+    /// Name of the drive.
     pub drive: String,
     /// From where it is scored, in m.
     pub from_m: f64,
@@ -121,7 +121,7 @@ impl DriveScore {
 }
 
 impl Ensemble {
-    /// Of trips over the places of one road.
+    /// Ensemble of trips over the places of one road.
     pub fn new(places: Places, trips: Vec<Passage>) -> Self {
         let at = |place: usize| Sample::new(trips.iter().map(|t| f64::from(t.speed_mps[place])));
         let speeds = (0..places.count).map(at).collect();

@@ -23,7 +23,7 @@ pub struct Places {
 }
 
 impl Places {
-    /// Of a road; the last one is a step before its end at least.
+    /// Places of a road; the last one is a step before its end at least.
     pub fn of(length_m: f64) -> Self {
         let step_m = (length_m / MOST_PLACES).max(SHORTEST_STEP_M);
         let count = libm::floor(length_m / step_m - 1.0).max(0.0) as usize;
@@ -71,7 +71,7 @@ pub struct Passage {
 }
 
 impl Passage {
-    /// Of some rows, with the standstills on the road.
+    /// Passage by some rows, with the standstills on the road.
     pub fn new(places: Places, rows: &Rows, stops: Vec<Standstill>) -> Self {
         let Rows { time_s, position_m, speed_mps, energy } = *rows;
         let knows_energy = energy.len() == time_s.len() && !energy.is_empty();

@@ -8,7 +8,7 @@ use serde::Serialize;
 /// A score over many drives. Errors and CRPS are in the unit of the quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pooled {
-    /// What is scored; `speed` is over all places.
+    /// Quantity that is scored; `speed` is over all places.
     pub quantity: String,
     /// Number of drives.
     pub drives: usize,
@@ -86,7 +86,7 @@ fn over_places(drives: &[DriveScore]) -> Option<Pooled> {
     })
 }
 
-/// What is scored once a trip.
+/// Score of a quantity that is scored once a trip.
 fn over_trips(drives: &[DriveScore], quantity: Quantity, shared: Option<usize>) -> Option<Pooled> {
     let scores: Vec<&Score> = drives.iter().filter_map(|drive| drive.value(quantity)).collect();
     if scores.is_empty() {

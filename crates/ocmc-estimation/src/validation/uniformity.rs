@@ -26,8 +26,8 @@ pub struct Uniformity {
 }
 
 impl Uniformity {
-    /// Of independent ranks among samples of their own, or all among one sample of `shared` values;
-    /// none of fewer than 8.
+    /// Uniformity of independent ranks among samples of their own, or all among one sample of
+    /// `shared` values; none of fewer than 8.
     pub fn of(ranks: &[f64], shared: Option<usize>) -> Option<Self> {
         let mut sorted: Vec<f64> = ranks.iter().copied().filter(|rank| rank.is_finite()).collect();
         if sorted.len() < FEWEST {

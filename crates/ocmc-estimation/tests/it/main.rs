@@ -4,7 +4,8 @@
     clippy::float_cmp,
     clippy::print_stdout,
     clippy::disallowed_methods,
-    reason = "a test fails by panic, compares bits, prints its figures, and has functions of the platform"
+    reason = "a test fails by panic, compares bits, prints its figures, and has functions of the \
+              platform"
 )]
 
 #[path = "../../../ocmc-core/tests/it/common/mod.rs"]

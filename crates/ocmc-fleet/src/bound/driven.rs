@@ -1,5 +1,5 @@
-//! What a driver drove, as legs from rest to rest: his speed along the road, his gears, and the
-//! drive cycle by which the backward mode drives them again.
+//! Drive of a driver, as legs from rest to rest: his speed along the road, his gears, and the drive
+//! cycle by which the backward mode drives them again.
 
 use ocmc_core::kernel::drive::trace::{Trace, trace_scenario};
 use ocmc_core::powertrain::GearOrder;
@@ -82,7 +82,7 @@ impl DrivenLeg {
 pub struct Driven {
     /// The legs in order.
     pub legs: Vec<DrivenLeg>,
-    /// What was simulated.
+    /// Record of the simulation.
     pub record: Record,
 }
 
@@ -206,18 +206,18 @@ pub struct Heights {
 }
 
 impl Heights {
-    /// Of the road of a scenario.
+    /// Heights of the road of a scenario.
     pub fn of(scenario: &Scenario) -> Self {
         let road = &scenario.cycle.road;
         Self::new(road.slope_step_m, road.slopes.clone())
     }
 
-    /// Of a level road.
+    /// Heights of a level road.
     pub(super) fn level() -> Self {
         Self::new(1.0, vec![0.0])
     }
 
-    /// Of slopes, each over so many metres.
+    /// Heights by slopes, each over so many metres.
     pub(super) fn new(step_m: f64, slopes: Vec<f64>) -> Self {
         let mut height_m = Vec::with_capacity(slopes.len());
         let mut now_m = 0.0;

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 /// A bound with its potential, or why there is none.
 pub type Found = Result<(Bound, Option<Potential>), BoundError>;
 
-/// What `of` makes of the bounds of the cycles of a plan, in order of the cycle ids; it does not
+/// Results of `of` for the bounds of the cycles of a plan, in order of the cycle ids; it does not
 /// depend on the threads. `progress` receives the number of cycles done, several times a second;
 /// breaking ends the work.
 pub fn bounds<T: Send, B>(

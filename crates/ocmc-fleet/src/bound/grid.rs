@@ -39,11 +39,11 @@ pub(super) struct Place {
     pub way_m: f64,
     /// Height over the road's start, in m.
     pub height_m: f64,
-    /// What is allowed: the plan, and what was driven, in m/s.
+    /// Highest allowed speed, by the plan and by the drive, in m/s.
     pub most_mps: f64,
-    /// What was driven, in m/s.
+    /// Driven speed, in m/s.
     pub driven_mps: f64,
-    /// What was planned, in m/s.
+    /// Planned speed, in m/s.
     pub planned_mps: f64,
     /// Static limit behind the place, in m/s.
     pub limit_mps: f64,
@@ -53,7 +53,7 @@ pub(super) struct Place {
     pub section: u32,
 }
 
-/// What the kinds of the pieces between the places of a leg depend on.
+/// Points that decide the kinds of the pieces between the places of a leg.
 pub(super) fn points(places: &[Place]) -> Vec<Point> {
     let last = places.len() - 1;
     let point = |(k, place): (usize, &Place)| Point {

@@ -10,12 +10,12 @@ use ocmc_core::powertrain::{GearOrder, InversePowertrain};
 use ocmc_core::prescribed::Body;
 use std::sync::atomic::AtomicBool;
 
-/// What a joule for the speed of a new gear is taken to cost, in J of the source.
+/// Assumed price of a joule for the speed of a new gear, in J of the source.
 const JUMP_PRICE: f64 = 2.5;
 /// Price of time, in W, as a range of multiples of the power at constant speed.
 const PRICE_RANGE: [f64; 2] = [0.05, 20.0];
 
-/// What a level road takes.
+/// Energy on a level road.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelRoad {
     /// At constant speed in the best gear, in J.

@@ -8,10 +8,11 @@
 //! sooner than the gearbox allows. The clutch opens for shifts alone: the truck does not roll with
 //! an open clutch otherwise.
 //!
-//! What a move takes is what the backward mode takes ([`ocmc_core::prescribed`]): air of the departure,
-//! without wind, a smooth road, the engine's torque without a lag. The driver's own speed and gears
-//! are driven by the same mode, and the two are compared. A joule that the engine could not give
-//! there, because he had a tail wind, is paid for with what a joule at the wheels took him.
+//! What a move takes is what the backward mode takes ([`ocmc_core::prescribed`]): air of the
+//! departure, without wind, a smooth road, the engine's torque without a lag. The driver's own
+//! speed and gears are driven by the same mode, and the two are compared. A joule that the engine
+//! could not give there, because he had a tail wind, is paid for with what a joule at the wheels
+//! took him.
 
 mod driven;
 mod fleet;
@@ -50,7 +51,9 @@ const FIRST_PRICES: [f64; 2] = [0.02, 20.0];
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BoundError {
     /// The driver did not arrive.
-    #[error("cycle {cycle_id} is not completed ({}): there is no drive to compare with", outcome.name())]
+    #[error(
+        "cycle {cycle_id} is not completed ({}): there is no drive to compare with", outcome.name()
+    )]
     NotCompleted {
         /// The cycle.
         cycle_id: u64,
@@ -68,16 +71,16 @@ pub enum BoundError {
     },
 }
 
-/// What a speed with its gears takes in the backward mode.
+/// Energy of a speed with its gears in the backward mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// Energy from tank or battery, what is missing paid for, in J.
     pub energy_j: f64,
-    /// Of it from tank or battery, in J.
+    /// Energy from tank or battery, in J.
     pub source_j: f64,
-    /// What was missing at the wheels, in J.
+    /// Energy that was missing at the wheels, in J.
     pub missing_j: f64,
-    /// What brought the engine to the speeds of new gears, in J.
+    /// Energy that brought the engine to the speeds of new gears, in J.
     pub jumps_j: f64,
     /// Energy at the wheels, in J.
     pub wheel_j: f64,
@@ -89,7 +92,7 @@ pub struct Figure {
     pub n_gear_shifts: u32,
     /// Energy by road type, in the order of the study, in J.
     pub by_road_type_j: Vec<f64>,
-    /// What has to be paid for by road type, in J.
+    /// Energy that has to be paid for by road type, in J.
     unpaid_j: Vec<f64>,
     /// All integrals.
     pub ledger: Ledger<f64>,
@@ -102,7 +105,7 @@ pub struct Figure {
 pub struct Bound {
     /// Id of the cycle.
     pub cycle_id: u64,
-    /// What was simulated.
+    /// Record of the simulation.
     pub record: Record,
     /// The driver's speed and gears in the backward mode.
     pub driver: Figure,
@@ -110,7 +113,7 @@ pub struct Bound {
     pub optimum: Figure,
     /// Whether the search found better than the driver.
     pub found: bool,
-    /// What a second more is worth, in W; none where nothing was found.
+    /// Worth of a second more, in W; none where nothing was found.
     pub price_w: Option<f64>,
     /// The optimum, speed and gears over time.
     pub cycle: DriveCycle,
@@ -314,7 +317,7 @@ impl<'a> Trip<'a> {
         all.map(of).collect()
     }
 
-    /// What a drive cycle takes; nothing is paid for yet. `legs`: its legs.
+    /// Figure of a drive cycle; nothing is paid for yet. `legs`: its legs.
     fn figure(&self, cycle: &DriveCycle, legs: &[DrivenLeg]) -> Figure {
         let sections = &self.scenario.cycle.road.sections;
         let mut by_road_type_j = vec![0.0; self.study.road_types().len()];

@@ -10,7 +10,7 @@ use super::grid::Place;
 use ocmc_core::powertrain::{GearChoice, GearOrder, InversePowertrain, SpeedStep};
 use ocmc_core::prescribed::Body;
 
-/// What the search pays for a joule that is missing at the wheels, in J of the source: so much that
+/// Price in the search of a joule that is missing at the wheels, in J of the source: so much that
 /// it is taken only where nothing else goes.
 const MISSING_PRICE: f64 = 5.0;
 /// Spacing of the speeds at which the reach of the powertrain is known, in m/s.
@@ -39,7 +39,7 @@ pub(super) struct Truck<'a> {
     pub inverse: &'a dyn InversePowertrain,
     /// Its gears; none where the powertrain chooses.
     pub choice: Option<GearChoice>,
-    /// What a joule that brings the engine to the speed of a new gear costs, in J of the source.
+    /// Price of a joule that brings the engine to the speed of a new gear, in J of the source.
     jump_price: f64,
     inertia_kg: f64,
     /// By gear and speed: force at the wheels in overrun and at full load, in N.
@@ -55,8 +55,8 @@ pub(super) struct Gap {
     pub way_m: f64,
 }
 
-/// What a piece of a move takes, in J and s, and the kinetic energy of the shaft at its start and
-/// its end, in J.
+/// Energy and time of a piece of a move, in J and s, and the kinetic energy of the shaft at its
+/// start and its end, in J.
 struct Piece {
     energy_j: f64,
     time_s: f64,
@@ -72,7 +72,7 @@ pub(super) struct Move {
     pub gear: usize,
     /// Speed at its end, in m/s.
     pub speed_mps: f64,
-    /// What it takes from the source, in J, with the price of what is missing.
+    /// Energy that it takes from the source, in J, with the price of what is missing.
     pub energy_j: f64,
     /// Its duration, in s.
     pub time_s: f64,
@@ -180,8 +180,8 @@ impl<'a> Truck<'a> {
         !fast && (!slow || rolls_out)
     }
 
-    /// What a step over a piece of road takes; `climb_m`: over it; `shaft_radps`: before a step
-    /// without a gear.
+    /// Energy and time of a step over a piece of road; `climb_m`: over it; `shaft_radps`: before a
+    /// step without a gear.
     fn step(
         &self,
         gear: GearOrder,
@@ -201,7 +201,7 @@ impl<'a> Truck<'a> {
         Piece { energy_j, time_s: dt_s, shaft_j: [cost.shaft_start_j, cost.shaft_end_j] }
     }
 
-    /// What it costs that the shaft has another kinetic energy than before, in J of the source.
+    /// Cost of a change of the shaft's kinetic energy, in J of the source.
     fn jump_j(&self, before_j: f64, after_j: f64) -> f64 {
         self.jump_price * (after_j - before_j).max(0.0)
     }
@@ -310,7 +310,7 @@ impl Search<'_> {
         }
     }
 
-    /// Those that keep the gear.
+    /// Moves that keep the gear.
     fn keep(&self, from: usize, speed_mps: f64, gear: usize, moves: &mut Vec<Move>) {
         let (truck, a, b) = (self.truck, &self.places[from], &self.places[from + 1]);
         let piece = [b.way_m - a.way_m, b.height_m - a.height_m];

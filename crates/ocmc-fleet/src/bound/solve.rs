@@ -58,7 +58,7 @@ pub(super) struct Problem<'a> {
     pub free: Vec<bool>,
 }
 
-/// What is asked for over all legs.
+/// Question over all legs.
 pub(super) struct Question<'a> {
     /// The truck.
     pub truck: &'a Truck<'a>,

@@ -12,7 +12,7 @@ pub(super) struct Way {
     pub moves: Vec<Move>,
     /// Gear at the start.
     pub gear: usize,
-    /// What it takes, in J.
+    /// Energy that it takes, in J.
     pub energy_j: f64,
     /// How long, in s.
     pub time_s: f64,
@@ -26,7 +26,7 @@ impl Way {
     }
 }
 
-/// What is left at a place, by speed and gear.
+/// Cost that remains at a place, by speed and gear.
 struct Table<const N: usize> {
     levels: Levels,
     gears: usize,
@@ -56,7 +56,7 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// What is left along a leg, by place, speed, gear and price, of which it knows `N`.
+/// Cost that remains along a leg, by place, speed, gear and price, of which it knows `N`.
 pub(super) struct Swept<const N: usize> {
     tables: Vec<Table<N>>,
     prices: [f64; N],

@@ -16,7 +16,7 @@ use std::sync::atomic::AtomicBool;
 const RIGID: &str = include_str!("../../../../configs/vehicles/rigid-12t.toml");
 const DRIVEN_MPS: f64 = 15.0;
 const MOST_MPS: f64 = 20.0;
-/// What the search may miss: how it rounds speeds between its grid's.
+/// Error that the search may have: how it rounds speeds between its grid's.
 const SHARE: f64 = 5e-4;
 
 fn body() -> Body {

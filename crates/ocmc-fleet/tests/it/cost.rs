@@ -143,7 +143,8 @@ fn a_diesel_truck_costs_what_t3co_publishes() {
 fn a_battery_truck_costs_what_t3co_publishes() {
     let costing = t3co_shared(&json!({
         "depot_charging_per_kwh": [
-            0.237768062, 0.248335114, 0.243064981, 0.238469355, 0.234950988, 0.234850111, 0.236372996,
+            0.237768062, 0.248335114, 0.243064981, 0.238469355, 0.234950988, 0.234850111,
+            0.236372996,
         ],
         "charging_efficiency": 0.86,
         "electric_maintenance_per_km": 0.0,
@@ -413,7 +414,8 @@ fn electricity_emits_what_its_meters_count_times_the_factors_of_the_study() {
         factors.fill(&mut record);
         record
     };
-    // 72 kWh of the battery over 50 km are 90 kWh of the meter, or 80 by the efficiency of the costs
+    // 72 kWh of the battery over 50 km are 90 kWh of the meter, or 80 by the efficiency of the
+    // costs
     for (factors, kwh) in [(&alone, 90.0), (&with_cost, 80.0)] {
         let found = filled(factors, &record);
         assert_within("grid", found.grid_co2_g_per_km.unwrap(), kwh * 200.0 / 50.0, 1e-12);

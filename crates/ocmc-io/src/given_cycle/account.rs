@@ -1,4 +1,5 @@
-//! What was read of a given operating cycle, in words, and what of it is hardly a road.
+//! Account of a given operating cycle that was read, in words, and the parts of it that are hardly
+//! a road.
 
 use crate::intake::{FileAccount, scatter, unlike_a_road};
 use crate::number_text::{count_of, rounded};
@@ -9,12 +10,12 @@ use std::path::Path;
 
 /// Radii that part the curves that are told, in m.
 const RADII_M: [f64; 3] = [50.0, 150.0, 500.0];
-/// What was read of a cycle.
+/// Account of a cycle that was read.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Account {
     /// The file, or what else it was read from.
     pub file: String,
-    /// What was read of it.
+    /// Account of the file.
     pub read: FileAccount,
     /// Length, in m.
     pub length_m: f64,
@@ -34,7 +35,7 @@ pub struct Account {
     pub altitude_noise_m: f64,
     /// All of that in words.
     pub told: Vec<String>,
-    /// What is hardly a road.
+    /// Parts that are hardly a road.
     pub warnings: Vec<String>,
 }
 

@@ -3,8 +3,8 @@
 //! - `.vdri`: a VECTO cycle (distance, target speed, gradient, stop), `vdri`
 //! - `.json` and tables with a column `track`: what `ocmc cycle` writes, `track_file`
 //! - a stop plan, `stop_plan`: places with dwells and loads, alone or on a route
-//! - any other table, or a track (GPX, KML, GeoJSON): a route by rows, with position or latitude and
-//!   longitude, `route`
+//! - any other table, or a track (GPX, KML, GeoJSON): a route by rows, with position or latitude
+//!   and longitude, `route`
 
 mod account;
 mod objects;
@@ -54,7 +54,7 @@ pub(crate) fn built_in(path: &Path) -> Option<&'static str> {
 /// How a route is to be read, beyond what its file says.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RouteOptions<'a> {
-    /// Which column of a table is what.
+    /// Columns of a table.
     pub mappings: &'a [Mapping],
     /// Parts that are drawn where the file lacks them.
     pub draw: &'a [Draw],

@@ -79,7 +79,8 @@ mod tests {
 
     #[test]
     fn rows_become_limits_slopes_and_stops() {
-        let text = "<s>,<v>,<grad>,<stop>\n0,0,3,2\n9,60,3,0\n100,60,0,0\n150,0,0,25\n155,30,-3,0\n400,0,0,2\n";
+        let text = "<s>,<v>,<grad>,<stop>\n0,0,3,2\n9,60,3,0\n100,60,0,0\n150,0,0,25\n155,30,-3,0\n\
+                    400,0,0,2\n";
         let cycle = parse(text).unwrap();
         assert_eq!(cycle.length_m, 400.0);
         assert_eq!(cycle.limits, [(0.0, 60.0 / 3.6), (150.0, 30.0 / 3.6)]);

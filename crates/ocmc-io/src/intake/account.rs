@@ -47,14 +47,15 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Of drives over time, each with its times in s and its speeds in m/s, where it has some.
+    /// Extent of drives over time, each with its times in s and its speeds in m/s, where it has
+    /// some.
     pub fn of_drives<'a>(drives: impl Iterator<Item = (&'a [f64], Option<&'a [f64]>)>) -> Self {
         let mut steps = DriveSteps::default();
         drives.for_each(|(time_s, speed_mps)| steps.add(time_s, speed_mps));
         steps.extent()
     }
 
-    /// Of positions along a road, in m.
+    /// Extent of positions along a road, in m.
     pub fn of_way(position_m: &[f64]) -> Self {
         let mut steps_m: Vec<f64> = position_m.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let length_m = position_m.last().zip(position_m.first()).map(|(last, first)| last - first);

@@ -1,5 +1,5 @@
-//! Two sources of one quantity are compared: speed and way, altitude and slope, course and yaw rate,
-//! speed and limit.
+//! Two sources of one quantity are compared: speed and way, altitude and slope, course and yaw
+//! rate, speed and limit.
 //!
 //! Each pair is compared over stretches that are long enough for the noise of sensors: ways over
 //! 200 m, slopes over 1 km, turns over 8 s. What differs by more than a sensor explains is refused,
@@ -168,8 +168,8 @@ fn integral(time_s: &[f64], speed_mps: &[f64]) -> Vec<f64> {
     way_m
 }
 
-/// Way over displacement. Bends only make the way longer: of stretches on which it is, the straighter
-/// quarter counts, and otherwise the median.
+/// Way over displacement. Bends only make the way longer: of stretches on which it is, the
+/// straighter quarter counts, and otherwise the median.
 fn ratio_of_ways(way_m: &[f64], displacement: impl Fn(usize, usize) -> f64) -> Option<f64> {
     let mut ratios = Vec::new();
     let mut first = 0;
@@ -261,13 +261,14 @@ fn slopes(way_m: &[f64], altitude_m: &[f64], grade: &[f64]) -> Option<Finding> {
     let ratio = if by_altitude > 0.0 { both / by_altitude } else { 0.0 };
     let meant = if ratio < -0.5 { " (another sign?)".to_owned() } else { unit_of(ratio) };
     let text = format!(
-        "its altitudes climb by {} % in the mean, its slopes by {} %, and they differ by {} %{meant}",
+        "its altitudes climb by {} % in the mean, its slopes by {} %, and they differ by {} \
+         %{meant}",
         rounded(100.0 * a),
         rounded(100.0 * g),
         rounded(100.0 * apart)
     );
-    let remedy = "leave out the one that is wrong: what a slope is taken for is worth more than any \
-                  other column";
+    let remedy = "leave out the one that is wrong: what a slope is taken for is worth more than \
+                  any other column";
     Some(if apart > SLOPES_REFUSED {
         Finding::refused("slope", [apart, SLOPES_REFUSED], text, remedy)
     } else {

@@ -4,8 +4,8 @@
 //! place: the way grows, and each turn looks like a curve of some metres. Rows are such a cluster
 //! where they stay within a few metres, with short steps, on a way more than twice the distance of
 //! its ends, and turn by more than once around in all, to either side added up; no road does so. A
-//! slow drift turns little: there the steps tell it, of 1 m at most where those of the track are ten
-//! times as long, over 40 m at most. Of a cluster the first row is left.
+//! slow drift turns little: there the steps tell it, of 1 m at most where those of the track are
+//! ten times as long, over 40 m at most. Of a cluster the first row is left.
 //!
 //! The speed of a log may be that of such points. Where it stays below 0.6 m/s for 8 s or more, and
 //! the positions do not go along, or the log knows no standstill at all, the vehicle stands.
@@ -110,8 +110,8 @@ pub fn standstill_drift(x_m: &[f64], y_m: &[f64], clusters: &[Range<usize>]) -> 
     let way_m: f64 = wandering.iter().map(|rows| way_of(rows)).sum();
     let rows: usize = wandering.iter().map(|rows| rows.len()).sum();
     let text = format!(
-        "{} rows wander by {} m in all around {}, as of a receiver at standstill: each place became \
-         one point",
+        "{} rows wander by {} m in all around {}, as of a receiver at standstill: each place \
+         became one point",
         grouped(rows as u64),
         rounded(way_m),
         count_of(wandering.len() as u64, "place")
@@ -119,8 +119,8 @@ pub fn standstill_drift(x_m: &[f64], y_m: &[f64], clusters: &[Range<usize>]) -> 
     Some(Finding::mended("standstill-drift", [way_m, 0.0], text))
 }
 
-/// Rows of a log at which the vehicle stands while its speed is not 0. `apart_m` tells how far apart
-/// the positions of two rows are, NaN where they are not known.
+/// Rows of a log at which the vehicle stands while its speed is not 0. `apart_m` tells how far
+/// apart the positions of two rows are, NaN where they are not known.
 pub fn standing_speeds(
     time_s: &[f64],
     speed_mps: &[f64],

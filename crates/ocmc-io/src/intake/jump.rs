@@ -1,18 +1,19 @@
 //! Points of a track and altitudes that jump.
 //!
-//! A receiver that loses its satellites puts a point aside and comes back: there and back again, and
-//! on as before. Such a point is left out. A step that is longer than those around, to one side, or
-//! back, after which the points go on as before is a jump that stays: it is warned of, because it is
-//! not known which side is right; a gap ahead likewise. Both count where they are far beyond the scatter of the points. An altitude that lies above or below both of its neighbours, up one side
-//! and down the other steeper than any road, is left out, too.
+//! A receiver that loses its satellites puts a point aside and comes back: there and back again,
+//! and on as before. Such a point is left out. A step that is longer than those around, to one
+//! side, or back, after which the points go on as before is a jump that stays: it is warned of,
+//! because it is not known which side is right; a gap ahead likewise. Both count where they are far
+//! beyond the scatter of the points. An altitude that lies above or below both of its neighbours,
+//! up one side and down the other steeper than any road, is left out, too.
 
 use super::Finding;
 use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::road::route_fillet::turns;
 use std::f64::consts::TAU;
 
-/// Distance from the line of the neighbours, in m, and over the scatter of the points, from which on
-/// a point or a jump is none of the road (judgement).
+/// Distance from the line of the neighbours, in m, and over the scatter of the points, from which
+/// on a point or a jump is none of the road (judgement).
 const OFF_M: f64 = 3.0;
 const OFF: f64 = 6.0;
 /// Way over a point aside, over that between its neighbours.
@@ -22,13 +23,13 @@ const BACK_RAD: f64 = 1.2;
 const SMOOTH_RAD: f64 = 0.5;
 /// Most of the points that may lie aside: beyond that they tell no road.
 const MOST_ASIDE: f64 = 0.02;
-/// A jump that stays over the steps around it, how many of these, and the turns at its ends, in rad:
-/// sideways, or nearly ahead where it is longer. The turns around are smaller by a factor.
+/// A jump that stays over the steps around it, how many of these, and the turns at its ends, in
+/// rad: sideways, or nearly ahead where it is longer. The turns around are smaller by a factor.
 const AROUND: usize = 4;
 const SIDEWAYS: [f64; 2] = [1.3, 0.6];
 const AHEAD: [f64; 2] = [2.5, 0.1];
 const SHARPER: f64 = 3.0;
-/// What is left of the turns at both ends, over the smaller one: a road goes on as before.
+/// Turn that is left at both ends, over the smaller one: a road goes on as before.
 const LEFT: f64 = 0.5;
 /// A gap, in m, and over nine of ten steps (judgement): the straights of maps are shorter.
 const GAP_M: f64 = 400.0;
@@ -40,8 +41,8 @@ const SPIKE: f64 = 5.0;
 /// A spike down to 0 of a road higher than this, in m, is no altitude: 0 stands for none.
 const ABOVE_ZERO_M: f64 = 40.0;
 
-/// How far a point or a jump lies off a road whose points scatter so, in m, from which on it is none
-/// of it.
+/// How far a point or a jump lies off a road whose points scatter so, in m, from which on it is
+/// none of it.
 fn least_off_m(noise_m: f64) -> f64 {
     OFF_M.max(OFF * noise_m)
 }
@@ -133,8 +134,8 @@ pub fn lasting_jump(
         rounded(steps_m[first]),
         name(first + 1)
     );
-    let remedy = "no road does: the curves and the way there are not right; split it, or correct the \
-                  points on the wrong side";
+    let remedy = "no road does: the curves and the way there are not right; split it, or correct \
+                  the points on the wrong side";
     Some(Finding::warned("position-jump", [steps_m[first], least_m], text, remedy))
 }
 
@@ -151,8 +152,8 @@ pub fn gap(x_m: &[f64], y_m: &[f64], name: impl Fn(usize) -> String) -> Option<F
         return None;
     }
     let text = format!(
-        "no point lies on {} m before {}, although they are close otherwise: what the road does there \
-         is not known",
+        "no point lies on {} m before {}, although they are close otherwise: what the road does \
+         there is not known",
         rounded(longest_m),
         name(first + 1)
     );

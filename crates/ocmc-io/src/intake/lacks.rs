@@ -2,9 +2,10 @@
 //!
 //! A route has a limit; altitudes, curves and stops are driven where they are given, and where not
 //! they are drawn if that is asked for and absent otherwise, while traffic, weather and payload are
-//! drawn from the study. What is absent was driven on the roads of the default study, whole and without the tracks in question
-//! (`scripts/what_routes_lack.py`, 200 roads of the study `field-truck`, seed 1, 10 trips each): the mean says by how much the consumption is
-//! too low, the 95th percentile how far it may be on one road.
+//! drawn from the study. What is absent was driven on the roads of the default study, whole and
+//! without the tracks in question (`scripts/what_routes_lack.py`, 200 roads of the study
+//! `field-truck`, seed 1, 10 trips each): the mean says by how much the consumption is too low, the
+//! 95th percentile how far it may be on one road.
 
 use super::Finding;
 use crate::intake::table::Quantity;
@@ -41,8 +42,8 @@ struct Part {
     draw: Draw,
 }
 
-/// Consumption without some parts, over that with all, less 1, in %: mean and 95th percentile of the
-/// magnitude, by the parts that are lacking, the first one in the lowest bit.
+/// Consumption without some parts, over that with all, less 1, in %: mean and 95th percentile of
+/// the magnitude, by the parts that are lacking, the first one in the lowest bit.
 const WORTH_PERCENT: [[f64; 2]; 8] = [
     [0.0, 0.0],
     [-11.0, 15.4],
@@ -69,9 +70,9 @@ pub fn lacks(quantities: &[Quantity], draw: &[Draw]) -> Option<Finding> {
         return None;
     }
     let text = format!(
-        "it has no {}: they count as absent (traffic, weather and payload are drawn from the study). \
-         Trips on the roads of the default study take {:.0} % less without them in the mean, and differ \
-         by up to {most:.0} %",
+        "it has no {}: they count as absent (traffic, weather and payload are drawn from the \
+         study). Trips on the roads of the default study take {:.0} % less without them in the \
+         mean, and differ by up to {most:.0} %",
         names.join(", no "),
         -mean
     );

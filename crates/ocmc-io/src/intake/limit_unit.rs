@@ -1,8 +1,8 @@
 //! Limits of a route whose numbers are those of another unit.
 //!
-//! Signs have round numbers: those of km/h end in 0 almost everywhere, half of those of miles an hour
-//! end in 5, and in m/s none is round. Where most of the way has limits that are round in another
-//! unit, and not in that of the column, the unit is probably wrong.
+//! Signs have round numbers: those of km/h end in 0 almost everywhere, half of those of miles an
+//! hour end in 5, and in m/s none is round. Where most of the way has limits that are round in
+//! another unit, and not in that of the column, the unit is probably wrong.
 
 use super::Finding;
 use crate::intake::table::Column;
@@ -12,7 +12,8 @@ use crate::number_text::rounded;
 const NAME: &str = "limit-unit";
 /// Share of the way from which on a unit is said (judgement).
 const MOST: f64 = 0.6;
-/// Limits that are seldom slower than this all along, in m/s (judgement): a yard, or m/s under km/h.
+/// Limits that are seldom slower than this all along, in m/s (judgement): a yard, or m/s under
+/// km/h.
 const SLOW_MPS: f64 = 7.0;
 const SLOW_WAY_M: f64 = 2000.0;
 /// How near to a round number is round, in the unit.

@@ -1,4 +1,4 @@
-//! What enters is judged. A reader takes a file into quantities ([`table`]); checks look at
+//! Checks of all input. A reader takes a file into quantities ([`table`]); checks look at
 //! quantities, whatever the command; the account says what was read, what was left out and what is
 //! odd.
 //!

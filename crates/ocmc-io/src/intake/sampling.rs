@@ -2,8 +2,8 @@
 //!
 //! Between the corners of a cycle the speed is straight, and nothing is lost. Of a drive that was
 //! sampled the speeds between the rows are not known: the drive cycles of public tools, thinned to
-//! 10, 20, 30 and 60 s, take up to 5, 9, 12 and 16 % less. How much is lost is told by what half of the
-//! rows lose: the squares of speeds that a vehicle gains.
+//! 10, 20, 30 and 60 s, take up to 5, 9, 12 and 16 % less. How much is lost is told by what half of
+//! the rows lose: the squares of speeds that a vehicle gains.
 
 use super::Finding;
 use crate::number_text::rounded;
@@ -15,8 +15,8 @@ const NAME: &str = "rows-far-apart";
 const LONGEST_STEP_S: f64 = 1.0;
 /// Step from which on rows at equal times may be too far apart for a drive, in s.
 const SAMPLED_S: f64 = 2.0;
-/// Share of the gained squares of speeds that every second row loses, from which on all of them have
-/// lost too much (judgement).
+/// Share of the gained squares of speeds that every second row loses, from which on all of them
+/// have lost too much (judgement).
 const LOST: f64 = 0.02;
 /// The same of steps of 10 s or more, of which half of the rows tell less.
 const LONG_S: f64 = 10.0;
@@ -44,8 +44,8 @@ pub fn judge(cycle: &DriveCycle, step_s: f64) -> Option<Finding> {
     let most = if usual_s >= LONG_S { LOST_OF_LONG } else { LOST };
     if sampled && usual_s >= SAMPLED_S && lost > most {
         let text = format!(
-            "its rows are {} s apart: what the vehicle did between them is not known, and is driven \
-             straight",
+            "its rows are {} s apart: what the vehicle did between them is not known, and is \
+             driven straight",
             rounded(usual_s)
         );
         let remedy = "drives sampled each 10 to 60 s take up to 5 to 16 % less than they did; give \

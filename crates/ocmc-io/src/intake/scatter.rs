@@ -1,11 +1,11 @@
 //! Points of a receiver that scatter.
 //!
 //! A road is made of them that is smooth ([`ocmc_core::operating_cycle::road::route_noise`]), which
-//! is said. What it costs was found on 200 random roads of 6 to 15 km, with errors of 0.1 to 5 m to the
-//! side and 0.1 to 4 m in height (`tests/it/odd_inputs.rs`): half of the answers lie within 1 % of
-//! that without errors, and nine of ten within 3.5 %. Errors that fade from point to point over some
-//! tens of metres look like bends; they are told by the scatter of every second or fourth point, which
-//! is then larger, and are warned of.
+//! is said. What it costs was found on 200 random roads of 6 to 15 km, with errors of 0.1 to 5 m to
+//! the side and 0.1 to 4 m in height (`tests/it/odd_inputs.rs`): half of the answers lie within 1 %
+//! of that without errors, and nine of ten within 3.5 %. Errors that fade from point to point over
+//! some tens of metres look like bends; they are told by the scatter of every second or fourth
+//! point, which is then larger, and are warned of.
 
 use super::Finding;
 use crate::number_text::rounded;
@@ -47,8 +47,8 @@ pub fn with_memory(x_m: &[f64], y_m: &[f64]) -> Option<Finding> {
         return None;
     }
     let text = format!(
-        "its points scatter by {} m from one to the next and by {} m over some of them: errors that \
-         fade so slowly look like bends",
+        "its points scatter by {} m from one to the next and by {} m over some of them: errors \
+         that fade so slowly look like bends",
         rounded(near_m),
         rounded(far_m)
     );

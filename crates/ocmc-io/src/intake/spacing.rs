@@ -1,12 +1,12 @@
 //! Whether the points of a road are close enough for its curves.
 //!
-//! Two figures tell it, both as the consumption that hangs on them. Halves: the road of every second
-//! point, and of certain corners, has other curves than that of all where the points are too few;
-//! below the 45 m over which curvature is averaged, the error falls with the square of the spacing,
-//! and what remains is a third. Rounding: between points that are far apart a bend may be sharper,
-//! or as wide as the points allow ([`Rounding`]). The consumption is stood for by what is braked
-//! away ahead of curves, by an even speed-up and slow-down on a flat road, over the work against
-//! rolling and air.
+//! Two figures tell it, both as the consumption that hangs on them. Halves: the road of every
+//! second point, and of certain corners, has other curves than that of all where the points are too
+//! few; below the 45 m over which curvature is averaged, the error falls with the square of the
+//! spacing, and what remains is a third. Rounding: between points that are far apart a bend may be
+//! sharper, or as wide as the points allow ([`Rounding`]). The consumption is stood for by what is
+//! braked away ahead of curves, by an even speed-up and slow-down on a flat road, over the work
+//! against rolling and air.
 //!
 //! The bounds are those at which of 680 answers on random roads 3 are more than 2 % off without a
 //! warning, and of the 344 that are less than 0.5 % off 36 have one (`scripts/thinned_roads.py`).
@@ -34,8 +34,8 @@ const HIDING_M: f64 = 1200.0;
 pub(crate) const LONGEST_M: f64 = 5e6;
 /// Spacing below which no answer changes, in m.
 const DENSE_M: f64 = 8.0;
-/// Spacing where a road turns from which on its points tell no curve, in m (judgement: the curves of
-/// the studies' roads are 40 to 350 m long).
+/// Spacing where a road turns from which on its points tell no curve, in m (judgement: the curves
+/// of the studies' roads are 40 to 350 m long).
 const TELLING_M: f64 = 200.0;
 /// Length over which curvature is averaged, in m.
 const AVERAGED_M: f64 = 45.0;
@@ -52,8 +52,8 @@ const SLOWEST_MPS: f64 = 3.0;
 /// Work against rolling and air, in J per kg and m.
 const WORK_J_PER_KG_M: f64 = 0.1;
 
-/// What the points of a road leave open, and what is made up for. `limit_mps` holds from each point
-/// on, `odometer_m` are the places of the points where they are measured.
+/// Gaps between the points of a road, and the corrections for them. `limit_mps` holds from each
+/// point on, `odometer_m` are the places of the points where they are measured.
 pub fn sparse_points(path: &Path2d, odometer_m: Option<&[f64]>, limit_mps: &[f64]) -> Vec<Finding> {
     let (x_m, y_m) = path.points_m();
     let (turns, edges_m) = turns(x_m, y_m);
@@ -138,12 +138,12 @@ fn beelines(turns: &[f64], edges_m: &[f64], length_m: f64) -> Option<Finding> {
     let mean_m = length_m / edges_m.len().max(1) as f64;
     let turned: f64 = turns.iter().map(|turn| turn.abs()).sum();
     let long_m: f64 = edges_m.iter().filter(|edge_m| **edge_m > BEELINE_M).sum();
-    let remedy = "give the points of the road itself, as of a map's route or a receiver, or the way \
-                  along the road, `position_m`, and have the curves drawn, `--draw curves`";
+    let remedy = "give the points of the road itself, as of a map's route or a receiver, or the \
+                  way along the road, `position_m`, and have the curves drawn, `--draw curves`";
     if mean_m > NO_ROAD_M && turned > TURNING_RAD {
         let text = format!(
-            "its points are {} km apart in the mean, and it turns by {}° in all: beelines, of which \
-             neither the length nor the curves are a road's",
+            "its points are {} km apart in the mean, and it turns by {}° in all: beelines, of \
+             which neither the length nor the curves are a road's",
             rounded(mean_m / 1000.0),
             rounded(turned.to_degrees())
         );
@@ -152,8 +152,8 @@ fn beelines(turns: &[f64], edges_m: &[f64], length_m: f64) -> Option<Finding> {
     (long_m > BEELINE_SHARE * length_m).then(|| {
         let longest_m = edges_m.iter().copied().fold(0.0, f64::max);
         let text = format!(
-            "{} % of its way goes straight over more than {} km from one point to the next, at most \
-             {} km: roads are longer, and have curves",
+            "{} % of its way goes straight over more than {} km from one point to the next, at \
+             most {} km: roads are longer, and have curves",
             rounded(100.0 * long_m / length_m),
             rounded(BEELINE_M / 1000.0),
             rounded(longest_m / 1000.0)
@@ -190,7 +190,7 @@ impl Road<'_> {
         (halves * remaining + sharp.abs().max(wide.abs())) / work
     }
 
-    /// What is braked away ahead of the curves of some points, in J/kg.
+    /// Energy per mass braked away ahead of the curves of some points, in J/kg.
     fn braked(&self, points: &[usize], how: Rounding) -> f64 {
         let of = |values: &[f64]| -> Vec<f64> { points.iter().map(|k| values[*k]).collect() };
         let (x_m, y_m) = self.path.points_m();

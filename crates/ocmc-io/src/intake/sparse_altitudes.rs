@@ -1,14 +1,14 @@
 //! Altitudes that are far apart: the hills between them are not there.
 //!
-//! Altitudes of the roads of `field-truck`, `regional` and `long-haul`, thinned to even spacings and
-//! driven by the same trucks: at 100 m they take 0.2 % less fuel than with all, at 300 m 0.8 %, at
-//! 500 m 1.5 % and at 1000 m 2.6 %, some roads half as much again (24 roads of 20 km, seed 1).
+//! Altitudes of the roads of `field-truck`, `regional` and `long-haul`, thinned to even spacings
+//! and driven by the same trucks: at 100 m they take 0.2 % less fuel than with all, at 300 m 0.8 %,
+//! at 500 m 1.5 % and at 1000 m 2.6 %, some roads half as much again (24 roads of 20 km, seed 1).
 
 use super::Finding;
 use crate::number_text::rounded;
 
 const NAME: &str = "sparse-altitudes";
-/// What is lost at 1000 m, in %, about in proportion to the spacing.
+/// Loss at 1000 m, in %, about in proportion to the spacing.
 const LOST_PERCENT: f64 = 2.7;
 /// Spacing, in m, from which on single roads lose more than 2 %.
 const BOUND_M: f64 = 450.0;

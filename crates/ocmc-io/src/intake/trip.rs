@@ -8,12 +8,12 @@ use crate::number_text::{count_of, grouped, rounded};
 struct Unit {
     /// Ends of names of columns, without blanks, brackets and case, `per` as `/`.
     forms: &'static [&'static str],
-    /// What road vehicles can take: none makes fuel, and the heaviest combinations uphill take some
-    /// 300 L/100 km.
+    /// Possible range for road vehicles: none makes fuel, and the heaviest combinations uphill take
+    /// some 300 L/100 km.
     possible: [f64; 2],
     /// Medians of fleets, from small cars to road trains (judgement).
     usual: [f64; 2],
-    /// What it probably is below and above that.
+    /// Probable units below and above that.
     likely: [&'static str; 2],
 }
 
@@ -74,8 +74,8 @@ pub fn is_possible(column: &str, value: f64) -> bool {
     range.is_none_or(|[low, high]| !(value < low || value > high))
 }
 
-/// Names trips that were left out because they cannot be, of `all` trips; where most of them are, the
-/// unit is refused.
+/// Names trips that were left out because they cannot be, of `all` trips; where most of them are,
+/// the unit is refused.
 pub fn impossible(column: &str, trips: &[(RowPlace, f64)], all: usize) -> Option<Finding> {
     let (place, value) = trips.first()?;
     let [low, high] = unit_of(column)?.possible;
@@ -83,7 +83,8 @@ pub fn impossible(column: &str, trips: &[(RowPlace, f64)], all: usize) -> Option
     let count = count_of(trips.len() as u64, "trip");
     if trips.len() as f64 > MOST * all as f64 {
         let text = format!(
-            "{count} of {} of column `{column}` lie outside {low} to {high}, first {value} in {place}",
+            "{count} of {} of column `{column}` lie outside {low} to {high}, first {value} in \
+             {place}",
             grouped(all as u64)
         );
         let remedy = "it has another unit than its name says: convert it, or rename it";

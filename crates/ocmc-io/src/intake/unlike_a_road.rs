@@ -55,8 +55,8 @@ pub fn judge(cycle: &GivenCycle) -> Vec<Finding> {
             [changes_per_km, MANY_CHANGES_PER_KM],
             true,
             format!("slopes that change by {} % per km in sum", percent(changes_per_km)),
-            "average its altitudes or slopes before, as `ocmc road LOG --altitude-average 200` does \
-             of a log",
+            "average its altitudes or slopes before, as `ocmc road LOG --altitude-average 200` \
+             does of a log",
         ),
     ];
     let held = doubts.into_iter().filter(|(_, [figure, bound], told, ..)| *told && figure > bound);

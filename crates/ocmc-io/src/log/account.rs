@@ -1,12 +1,12 @@
-//! What has to be said of a log that was read: where a drive stands, and what is odd.
+//! Remarks on a log that was read: where a drive stands, and what is odd.
 
 use super::{LogFile, LoggedTrip};
 use crate::intake::Finding;
 use crate::number_text::{count_of, grouped, has_decimal_comma};
 use ocmc_estimation::log::signal::LogCounts;
 
-/// What there is of something at a place, each with its number, its noun in the singular and what
-/// becomes of it.
+/// Counts of something at a place, each with its number, its noun in the singular and what becomes
+/// of it.
 pub(crate) fn counted<'a>(
     place: &str,
     counts: impl IntoIterator<Item = (usize, &'a str, &'a str)>,
@@ -86,19 +86,20 @@ pub(super) fn cells_left_out(file: &LogFile) -> Vec<Finding> {
     ragged.into_iter().chain(unreadable).collect()
 }
 
-/// What to do about a cell that is no number and looks like one, or like a time.
+/// Remedy for a cell that is no number and looks like one, or like a time.
 pub(super) fn how_numbers_are_written(column: &str, text: &str) -> &'static str {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     if has_decimal_comma(text) {
-        return "; numbers take a decimal point: write 0.5, not 0,5 (commas are read where all numbers have them \
-                and semicolons separate the cells)";
+        return "; numbers take a decimal point: write 0.5, not 0,5 (commas are read where all \
+                numbers have them and semicolons separate the cells)";
     }
     if column == "time" && text.parse::<f64>().is_ok() {
         return "; a time in numbers has its unit in the name, as in time_s: --map time_s=time";
     }
     let date = text.get(..4).is_some_and(digits) && text[4..].starts_with(['-', '/']);
     if date || (column.starts_with("time") && text.contains(':')) {
-        return "; times are numbers, seconds from any origin, as in time_s, or dates under the name time";
+        return "; times are numbers, seconds from any origin, as in time_s, or dates under the \
+                name time";
     }
     ""
 }

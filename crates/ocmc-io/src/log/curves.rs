@@ -17,7 +17,7 @@ use std::borrow::Cow;
 use std::io;
 use std::ops::ControlFlow;
 
-/// What curve detection needs of a log for radii of this definition.
+/// Quantities that curve detection needs of a log for radii of this definition.
 pub fn needs(radius: RadiusDefinition) -> Vec<Need> {
     let mut needs: Vec<Need> = vec![&[Quantity::Time], &[Quantity::Speed], &TURNING];
     if radius == RadiusDefinition::Positions {
@@ -27,7 +27,7 @@ pub fn needs(radius: RadiusDefinition) -> Vec<Need> {
     needs
 }
 
-/// What tells how a vehicle turns, the best first.
+/// Quantities that tell how a vehicle turns, the best first.
 const TURNING: [Quantity; 5] = [
     Quantity::YawRate,
     Quantity::Curvature,
@@ -71,9 +71,9 @@ pub struct TripCurves {
     pub driver: String,
     /// The drive.
     pub drive: String,
-    /// What the yaw rate comes from.
+    /// Source of the yaw rate.
     pub turning: &'static str,
-    /// What was found.
+    /// Detected curves.
     #[serde(flatten)]
     pub detection: CurveDetection,
 }
@@ -86,15 +86,17 @@ pub enum TripError {
     Log(#[from] LogError),
     /// Only the steering wheel is known, and not what it does.
     #[error(
-        "only the angle of the steering wheel tells how the vehicle turns: give --steering-ratio and --wheelbase-m"
+        "only the angle of the steering wheel tells how the vehicle turns: give --steering-ratio \
+         and --wheelbase-m"
     )]
     Steering,
     /// No limit is known.
     #[error(
-        "no speed limit is known: give a column, one limit for the whole log, or take what the speed shows"
+        "no speed limit is known: give a column, one limit for the whole log, or take what the \
+         speed shows"
     )]
     NoLimit,
-    /// What it shows is no road.
+    /// Error of a drive that shows no road.
     #[error(transparent)]
     Road(#[from] GivenCycleError),
 }
@@ -106,7 +108,7 @@ pub struct FoundCurves {
     pub drives: Vec<TripCurves>,
     /// Where the others stand, and why they could not.
     pub left_out: Vec<(String, TripError)>,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
 }
 
@@ -172,7 +174,7 @@ fn known_turning(drive: &LoggedTrip) -> Option<Quantity> {
     TURNING.into_iter().find(known)
 }
 
-/// What tells how the vehicle of a drive turned.
+/// Quantity that tells how the vehicle of a drive turned.
 fn turning(drive: &LoggedTrip) -> Quantity {
     known_turning(drive).unwrap_or(Quantity::YawRate)
 }
@@ -236,7 +238,7 @@ pub(super) fn turning_log<'a>(
     Ok((log, options))
 }
 
-/// What a curve of a drive has in a column.
+/// Value of a curve of a drive in a column.
 #[derive(Clone, Copy, Debug)]
 pub enum CurveCell {
     /// A word.

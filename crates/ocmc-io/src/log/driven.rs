@@ -1,5 +1,5 @@
-//! From log files to drives on a road: the way that was driven, the road that was driven on, and the
-//! energy that it took.
+//! From log files to drives on a road: the way that was driven, the road that was driven on, and
+//! the energy that it took.
 
 use super::curves::{Steering, TripError, tells_steering_only};
 use super::noise::without_noise;
@@ -19,11 +19,11 @@ use ocmc_estimation::log::way::DrivenWay;
 pub struct MeasuredDrive {
     /// The drive, and which piece of it.
     pub name: String,
-    /// What was driven, whatever its file is called.
+    /// Fingerprint of the drive, whatever its file is called.
     pub fingerprint: String,
     /// Its way.
     pub way: DrivenWay,
-    /// What was taken from its first row on, row by row, and the rate by which the log tells it.
+    /// Energy taken from its first row on, row by row, and the rate by which the log tells it.
     pub energy: Option<(Quantity, Vec<f64>)>,
     /// The road that it was driven on, where it was asked for.
     pub road: Option<GivenCycle>,
@@ -34,11 +34,11 @@ pub struct MeasuredDrive {
 pub struct MeasuredDrives {
     /// The drives.
     pub drives: Vec<MeasuredDrive>,
-    /// What has to be known, each with its place.
+    /// Notes that have to be known, each with its place.
     pub notes: Vec<String>,
     /// Where the drives stand that could not be used, and why.
     pub left_out: Vec<(String, TripError)>,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
 }
 

@@ -61,15 +61,15 @@ pub struct Identification {
     /// Events without an answer yet: those of each log and driver, driven with one truck, and where
     /// they stand.
     waiting: Vec<Vec<(String, NamedEvent)>>,
-    /// What was found.
+    /// Fits that were found.
     pub fits: Vec<EventFit>,
-    /// What was not, in the order in which that was noticed.
+    /// Drives without a fit, in the order in which that was noticed.
     pub left_out: Vec<LeftOut>,
     /// Mass of the truck of each log, by all its events.
     pub trucks: Vec<TruckMass>,
-    /// What was not used of the drives.
+    /// Notes on parts of the drives that were not used.
     pub notes: Vec<String>,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
 }
 
@@ -109,8 +109,8 @@ impl Identification {
         self.waiting.iter().map(Vec::len).sum()
     }
 
-    /// Answers them, those of a truck together; `done` counts them. Ends soon once `stop` is set, with
-    /// the answers so far.
+    /// Answers them, those of a truck together; `done` counts them. Ends soon once `stop` is set,
+    /// with the answers so far.
     pub fn identify(
         &mut self,
         study: &Study,
@@ -151,7 +151,7 @@ impl Identification {
         }
     }
 
-    /// What has to be said of what has no fit: each where it is a few, otherwise how many for which
+    /// Warnings about drives without a fit: each where it is a few, otherwise how many for which
     /// reason.
     pub fn left_out_warnings(&self) -> Vec<String> {
         if self.left_out.len() > MOST_TOLD {

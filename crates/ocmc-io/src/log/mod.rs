@@ -29,10 +29,10 @@ use ocmc_core::operating_cycle::road::route_geometry::Path2d;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What tells rows of different drives apart.
+/// Quantities that tell rows of different drives apart.
 const LABELS: [Quantity; 4] = [Quantity::Truck, Quantity::Driver, Quantity::Drive, Quantity::Event];
 
-/// What tells a date.
+/// Quantities that tell a date.
 const CALENDAR: [Quantity; 2] = [Quantity::Date, Quantity::Day];
 
 /// Digits of a fingerprint.
@@ -43,7 +43,7 @@ const LOOKED_AT: usize = 100_000;
 /// Rows of these that may repeat the time of the row before them or go back, in %.
 const MOST_STILL: usize = 99;
 
-/// What a command needs of a log: one of these quantities.
+/// Need of a command in a log: one of these quantities.
 pub type Need = &'static [Quantity];
 
 /// The rows of one drive (and event).
@@ -66,7 +66,7 @@ pub struct LoggedTrip {
 }
 
 impl LoggedTrip {
-    /// Of columns in SI.
+    /// Trip of columns in SI.
     pub fn new<const N: usize>(
         driver: &str,
         drive: &str,
@@ -115,8 +115,8 @@ impl LoggedTrip {
         vec![finding]
     }
 
-    /// Makes the rate of the fuel from its counter, where that alone is there: the mean since the row
-    /// with the count before.
+    /// Makes the rate of the fuel from its counter, where that alone is there: the mean since the
+    /// row with the count before.
     fn count_fuel(&mut self) {
         let column = |quantity| self.column(quantity);
         let (Some(time_s), Some(count_kg), None) =
@@ -162,7 +162,7 @@ pub struct Unreadable {
     pub cells: usize,
     /// Where the first one is.
     pub place: RowPlace,
-    /// What stands there.
+    /// Text that stands there.
     pub text: String,
 }
 
@@ -175,7 +175,7 @@ pub struct LogFile {
     pub drives: Vec<LoggedTrip>,
     /// The columns that are understood, with their names.
     pub columns: Vec<(Column, String)>,
-    /// What was read.
+    /// Account of the file.
     pub read: FileAccount,
     /// Rows.
     pub rows: usize,
@@ -197,9 +197,9 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     read_in_parts(source, mappings, needs, usize::MAX, &mut |_| ())
 }
 
-/// As [`read`], of a log whose drives have labels and follow each other: drives that are complete are
-/// given away as a part of the file, without an account, as soon as there are `most_rows` rows. The
-/// rest of them is returned, with the account of all.
+/// As [`read`], of a log whose drives have labels and follow each other: drives that are complete
+/// are given away as a part of the file, without an account, as soon as there are `most_rows` rows.
+/// The rest of them is returned, with the account of all.
 ///
 /// # Errors
 /// As [`read`], and [`Fault::Mixed`] where a drive goes on that was given away.
@@ -350,7 +350,7 @@ fn count(unreadable: &mut Vec<Unreadable>, column: &str, text: String, place: Ro
 
 /// Drives whose rows are being read.
 struct Trips {
-    /// What stands for a label that is not there.
+    /// Name that stands for a label that is not there.
     name: String,
     /// Places of the drives; none of those that were given away.
     known: BTreeMap<[String; 4], Option<usize>>,
@@ -395,7 +395,8 @@ impl Trips {
         given
     }
 
-    /// Place of the drive with these labels (truck, driver, drive, event), which has so many columns.
+    /// Place of the drive with these labels (truck, driver, drive, event), which has so many
+    /// columns.
     fn place(&mut self, labels: [&str; 4], columns: usize) -> usize {
         self.rows += 1;
         // labels hold for many rows

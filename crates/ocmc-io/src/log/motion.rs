@@ -1,12 +1,12 @@
 //! The motion of a drive that a log does not tell row by row: the way and the speed of positions,
 //! and rows between those that are more than a second apart.
 //!
-//! A track has places and times. Points of a receiver at standstill become one place; the others lie
-//! on the road behind them ([`Path2d::smoothed`], [`Path2d::rounded`]), and the way up to each never
-//! falls. Between rows the way over time is the monotone cubic of Fritsch and Carlson (SIAM J. Numer.
-//! Anal. 17, 1980), whose slope is the speed: it passes through each row and stands where the rows
-//! stand. Rows are put in only where the receiver was not lost; of what was measured they have
-//! nothing but the way, the place and the speed.
+//! A track has places and times. Points of a receiver at standstill become one place; the others
+//! lie on the road behind them ([`Path2d::smoothed`], [`Path2d::rounded`]), and the way up to each
+//! never falls. Between rows the way over time is the monotone cubic of Fritsch and Carlson (SIAM
+//! J. Numer. Anal. 17, 1980), whose slope is the speed: it passes through each row and stands where
+//! the rows stand. Rows are put in only where the receiver was not lost; of what was measured they
+//! have nothing but the way, the place and the speed.
 
 use super::{LoggedTrip, Words};
 use crate::intake::Finding;
@@ -147,8 +147,8 @@ fn way_of_places(latitude: &[f64], longitude: &[f64]) -> (Vec<f64>, f64) {
     (never_falling(way_m), noise_m)
 }
 
-/// Whether places lie on a rounded road as far apart as they were, within a half: those of a receiver
-/// with a scatter of decimetres, each second, are bends that no road has.
+/// Whether places lie on a rounded road as far apart as they were, within a half: those of a
+/// receiver with a scatter of decimetres, each second, are bends that no road has.
 fn is_even(given_m: &[f64], position_m: &[f64]) -> bool {
     let steps = given_m.windows(2).zip(position_m.windows(2));
     let mut steps = steps.map(|(given, before)| (given[1] - given[0], before[1] - before[0]));
@@ -258,7 +258,8 @@ fn refine(drive: &mut LoggedTrip) -> Option<Finding> {
     drive.columns = columns;
     drive.measured_each_s = Some(usual_s);
     let text = format!(
-        "rows are {} s apart: between them the way is the smoothest that never goes back, each second",
+        "rows are {} s apart: between them the way is the smoothest that never goes back, each \
+         second",
         rounded(usual_s)
     );
     let remedy = "how a vehicle started and stopped between rows is not known: speeds, pedals and \

@@ -9,7 +9,7 @@ use ocmc_estimation::identification::one_truck::NamedEvent;
 use ocmc_estimation::identification::speed_ahead::until_speed_is_set;
 use ocmc_estimation::log::signal::{LogError, check_time, ends_at_rest};
 
-/// What identification needs of a log.
+/// Needs of identification in a log.
 pub const NEEDS: [Need; 5] = [
     &[Quantity::Time],
     &[Quantity::Speed],

@@ -23,13 +23,14 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Altitude that is taken out of a log without a word, in m: a receiver that scatters by some metres
-/// is steeper than a road now and then (judgement).
+/// Altitude that is taken out of a log without a word, in m: a receiver that scatters by some
+/// metres is steeper than a road now and then (judgement).
 const LEAST_JUMPS_M: f64 = 10.0;
 
-/// Most scatter of positions that alone tell how a vehicle turned, in m: errors of 3 m that fade over
-/// 30 s scatter by 0.4 m from row to row at 1 Hz, and a track of `field-truck` has 1.1 curves a km of
-/// them instead of 0.7 (`scripts/tracks_check.py`). A rounded seventh digit of a degree scatters by 3 mm, a sixth by 3 cm.
+/// Most scatter of positions that alone tell how a vehicle turned, in m: errors of 3 m that fade
+/// over 30 s scatter by 0.4 m from row to row at 1 Hz, and a track of `field-truck` has 1.1 curves
+/// a km of them instead of 0.7 (`scripts/tracks_check.py`). A rounded seventh digit of a degree
+/// scatters by 3 mm, a sixth by 3 cm.
 const MOST_TURNING_NOISE_M: f64 = 0.1;
 
 /// Most measured altitudes that are kept for a fit: of more, those of every second road, or fourth,
@@ -45,7 +46,7 @@ const PART_ROWS: usize = 1_000_000;
 /// Most notes that say the same of other drives.
 const MOST_ALIKE: usize = 3;
 
-/// What roads need of a log.
+/// Needs of roads in a log.
 pub const NEEDS: [Need; 2] = [&[Quantity::Time], &[Quantity::Speed]];
 
 /// Whether a file is a log: a table with a column for time or speed, which no operating cycle has.
@@ -83,18 +84,18 @@ pub struct RoadsApart {
 pub struct FoundRoads {
     /// The roads.
     pub roads: Vec<LoggedRoad>,
-    /// What all of them tell; none before the first one.
+    /// Coverage that all of them share; none before the first one.
     coverage: Option<Coverage>,
     /// Whether an object of the map stands beside any of them.
     has_objects: bool,
     /// Measured altitudes that are kept, and of which roads: each so many-th has all of its own.
     altitudes: usize,
     altitudes_of_each: usize,
-    /// What has to be known, each with its place.
+    /// Notes that have to be known, each with its place.
     pub notes: Vec<String>,
     /// Where the drives stand that could not be used, and why.
     pub left_out: Vec<(String, TripError)>,
-    /// What was read.
+    /// Files that were read.
     pub inputs: Vec<FileAccount>,
 }
 
@@ -187,7 +188,8 @@ impl FoundRoads {
             match found(&drive, options, steering, turns) {
                 Ok(found) => {
                     self.has_objects |= found.coverage.events;
-                    // beside a road without objects the map was looked at, too, where it has them elsewhere
+                    // beside a road without objects the map was looked at, too, where it has them
+                    // elsewhere
                     let events = drive.words(Quantity::MapObject).is_some();
                     self.cover(Coverage { events, ..found.coverage });
                     self.notes.extend(notes(&place, &found.counts));
@@ -195,8 +197,8 @@ impl FoundRoads {
                         self.notes.push(steering_note(&place));
                     } else if let Some(apart_s) = apart_s {
                         self.notes.push(format!(
-                            "{place}: only positions {} s apart tell how it turned: its curves are not \
-                             known (rows of a second, a yaw rate or a course would tell them)",
+                            "{place}: only positions {} s apart tell how it turned: its curves are \
+                             not known (rows of a second, a yaw rate or a course would tell them)",
                             rounded(apart_s)
                         ));
                     } else if !turns {
@@ -230,8 +232,8 @@ impl FoundRoads {
     fn keep(&mut self, road: LoggedRoad) {
         self.altitudes += road.altitudes.len();
         self.roads.push(LoggedRoad { way: DrivenWay::default(), ..road });
-        // laws of slopes are those of the measured altitudes: the averaged ones, every 5 m, tell how
-        // hilly the road is
+        // laws of slopes are those of the measured altitudes: the averaged ones, every 5 m, tell
+        // how hilly the road is
         if let Some(road) = self.roads.last_mut().filter(|road| road.altitudes.len() > 1) {
             let points = &road.cycle.altitude;
             let mut kept: Vec<(f64, f64)> = Vec::with_capacity(points.len() / 4 + 2);
@@ -286,7 +288,7 @@ impl FoundRoads {
         self.coverage = Some(self.coverage.map_or(more, |coverage| coverage.with(more)));
     }
 
-    /// What all roads tell. With a range, in m, the curves of operating cycles are those of a
+    /// Coverage of all roads. With a range, in m, the curves of operating cycles are those of a
     /// detector: others are there and were not seen.
     pub fn coverage(&self, radius_range_m: Option<[f64; 2]>) -> Coverage {
         let coverage = self.coverage.unwrap_or(Coverage::ALL);
@@ -330,11 +332,11 @@ fn kind_of(note: &str) -> String {
     said.chars().filter(|letter| !letter.is_ascii_digit()).collect()
 }
 
-/// What is said of a drive of which only the steering wheel tells how it turned.
+/// Note on a drive of which only the steering wheel tells how it turned.
 pub(super) fn steering_note(place: &str) -> String {
     format!(
-        "{place}: only the angle of the steering wheel tells how it turned: its curves are not known \
-         (--steering-ratio and --wheelbase-m would tell them)"
+        "{place}: only the angle of the steering wheel tells how it turned: its curves are not \
+         known (--steering-ratio and --wheelbase-m would tell them)"
     )
 }
 
@@ -385,7 +387,7 @@ pub(super) fn road_log<'a>(drive: &'a LoggedTrip, turning: Option<TripLog<'a>>) 
     }
 }
 
-/// What was not used of a drive, or had to be supposed.
+/// Notes on parts of a drive that were not used, or had to be supposed.
 pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     let mut notes = row_notes(place, &counts.rows);
     let objects = KINDS.map(|kind| kind.map_object);
@@ -431,8 +433,8 @@ pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     ));
     if counts.altitude_jumps_m >= LEAST_JUMPS_M {
         notes.push(format!(
-            "{place}: its altitudes jump by {:.0} m in all, more steeply than a road of 10 %: taken \
-             out, and what follows is moved along",
+            "{place}: its altitudes jump by {:.0} m in all, more steeply than a road of 10 %: \
+             taken out, and what follows is moved along",
             counts.altitude_jumps_m
         ));
     }
@@ -442,8 +444,8 @@ pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
             n => format!(" ({n} of them at the mean speed of the drive: no positions tell it)"),
         };
         notes.push(format!(
-            "{place}: the way across what was not logged is {:.2} km{by_speed}: the drive is one mission, \
-             with it",
+            "{place}: the way across what was not logged is {:.2} km{by_speed}: the drive is one \
+             mission, with it",
             counts.cut_way_m / 1000.0
         ));
     }

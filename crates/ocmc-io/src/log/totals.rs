@@ -10,8 +10,8 @@ const SECONDS_PER_DAY: f64 = 86_400.0;
 /// Share of a drive whose consumption has to be known: the rest is taken to have gone on as it.
 const LEAST_KNOWN: f64 = 0.98;
 
-/// Totals of a logged drive: fuel or energy by its rate, the way by its speed, the driving time without
-/// the long standstills of a mission; none where it tells no amount.
+/// Totals of a logged drive: fuel or energy by its rate, the way by its speed, the driving time
+/// without the long standstills of a mission; none where it tells no amount.
 pub fn of_drive(
     drive: &LoggedTrip,
     place: RowPlace,

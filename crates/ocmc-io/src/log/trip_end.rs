@@ -1,5 +1,5 @@
-//! Where trips end in a log that goes on: at the ignition, or at a standstill that the reader calls a
-//! pause. A time without rows alone ends no trip: a receiver may be lost on the way.
+//! Where trips end in a log that goes on: at the ignition, or at a standstill that the reader calls
+//! a pause. A time without rows alone ends no trip: a receiver may be lost on the way.
 
 use super::{LoggedTrip, Words};
 use crate::intake::Finding;
@@ -8,8 +8,8 @@ use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::road::route_geometry::Path2d;
 use std::ops::Range;
 
-/// Way within which a vehicle that pauses stays, in m (judgement: a receiver wanders, and a truck is
-/// moved at a ramp).
+/// Way within which a vehicle that pauses stays, in m (judgement: a receiver wanders, and a truck
+/// is moved at a ramp).
 const STAYS_WITHIN_M: f64 = 150.0;
 /// Speed above which a vehicle moves, where nothing tells its place, in m/s.
 const MOVES_MPS: f64 = 0.5;
@@ -19,8 +19,8 @@ const FEWEST: usize = 3;
 const ON: [&str; 6] = ["on", "true", "1", "an", "ein", "yes"];
 const OFF: [&str; 5] = ["off", "false", "0", "aus", "no"];
 
-/// The trips of a drive whose rows no label parts, and what is said of them. Without an ignition and
-/// without a pause, in s, the drive is one trip.
+/// The trips of a drive whose rows no label parts, and what is said of them. Without an ignition
+/// and without a pause, in s, the drive is one trip.
 pub(super) fn split(drive: LoggedTrip, pause_s: Option<f64>) -> (Vec<LoggedTrip>, Option<Finding>) {
     let by_ignition = ignition(&drive);
     let trips = match (&by_ignition, pause_s) {

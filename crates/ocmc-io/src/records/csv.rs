@@ -56,8 +56,8 @@ fn quoted(name: &str) -> String {
     }
 }
 
-/// Writes rows, with the columns of records such as `like`. Neither numbers nor names of outcomes ever
-/// need quotes.
+/// Writes rows, with the columns of records such as `like`. Neither numbers nor names of outcomes
+/// ever need quotes.
 fn write_rows(out: &mut impl Write, like: Option<&Record>, records: &[Record]) -> io::Result<()> {
     let parts = like.map_or(&[][..], |like| like.breakdown.names());
     let has_chargings = like.is_some_and(|like| like.charging_events.is_some());

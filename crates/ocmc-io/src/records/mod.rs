@@ -27,13 +27,13 @@ pub const GROUP_ROWS: usize = 8192;
 /// behind all others: a list of chargings, as JSON.
 pub const CHARGING_EVENTS: &str = "charging_events";
 
-/// What a trip charged, as JSON.
+/// Charging of a trip, as JSON.
 fn charging_text(record: &Record) -> Option<String> {
     let events = record.charging_events.as_ref()?;
     Some(serde_json::to_string(events).expect("numbers and words"))
 }
 
-/// What a trip charged, from JSON.
+/// Charging of a trip, from JSON.
 fn charging_events(text: &str) -> Result<Vec<ChargingEvent>, serde_json::Error> {
     serde_json::from_str(text)
 }
@@ -84,7 +84,7 @@ pub enum Compression {
     Snappy,
 }
 
-/// What can go wrong with a file of records.
+/// Errors of a file of records.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RecordsError {
@@ -107,8 +107,8 @@ pub enum EncodedGroup {
 }
 
 impl EncodedGroup {
-    /// Encodes at most [`GROUP_ROWS`] records, which come in parts. They have the columns of the first
-    /// one.
+    /// Encodes at most [`GROUP_ROWS`] records, which come in parts. They have the columns of the
+    /// first one.
     pub fn new<R: AsRef<[Record]>, E>(
         parts: impl IntoIterator<Item = Result<R, E>>,
         format: RecordFormat,
@@ -161,8 +161,8 @@ impl RecordWriter {
         Self { path: path.to_owned(), file: Groups::New(file) }
     }
 
-    /// Writes the next group. All but the last one have [`GROUP_ROWS`] rows; one without rows makes a
-    /// file without rows.
+    /// Writes the next group. All but the last one have [`GROUP_ROWS`] rows; one without rows makes
+    /// a file without rows.
     pub fn add(&mut self, group: EncodedGroup) -> Result<(), RecordsError> {
         Ok(self.file.write(group).map_err(FileError::write(&self.path))?)
     }

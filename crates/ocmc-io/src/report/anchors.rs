@@ -45,8 +45,8 @@ pub(super) fn anchors(run: &Reported) -> String {
     format!(
         "<h2>Beside published figures</h2>\n<p class=\"soft\">Published consumption of \
          tractor-semitrailers, the first row this fleet's. Roads, loads and years differ: a figure \
-         says little unless they are alike. F: the source was opened; F2: stated by another author; \
-         D: derived.</p>\n{}",
+         says little unless they are alike. F: the source was opened; F2: stated by another \
+         author; D: derived.</p>\n{}",
         tables::table(&heads, rows)
     )
 }

@@ -90,8 +90,8 @@ pub fn benchmark_html(page: &BenchmarkPage) -> String {
     }
     let _ = write!(
         text,
-        "<h2>In numbers</h2>\n<pre tabindex=\"0\">{}</pre>\n<h2>Provenance</h2>\n<div class=\"wide\" \
-         tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n",
+        "<h2>In numbers</h2>\n<pre tabindex=\"0\">{}</pre>\n<h2>Provenance</h2>\n\
+         <div class=\"wide\" tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n",
         escaped(page.text),
         rows(page.facts)
     );
@@ -138,8 +138,9 @@ fn of_ranking(ranking: &BenchmarkRanking) -> String {
     };
     let head = ["name", "trips", "raw ratio", "ratio, 95 %", "P(better than median)"];
     format!(
-        "<h2>Ratios of {what}</h2>\n<figure>{}<figcaption>Consumption over that of the mean of all, \
-         adjusted for what trips differ in, shrunken, with its 95 % interval.</figcaption></figure>\
+        "<h2>Ratios of {what}</h2>\n<figure>{}<figcaption>Consumption over that of the mean of \
+         all, adjusted for what trips differ in, shrunken, with its 95 % \
+         interval.</figcaption></figure>\
          \n{}",
         picture(what, bars),
         tables::table(&head, bars.iter().map(line))

@@ -28,7 +28,7 @@ const SMALL: f64 = 0.004;
 /// charging, and at the end.
 pub(super) type Course = Vec<[f64; 2]>;
 
-/// That of a trip that was charged by a policy.
+/// Course of a trip that was charged by a policy.
 fn course_of(record: &Record) -> Option<Course> {
     let events = record.charging_events.as_ref()?;
     let mut course = vec![[0.0, record.departure_charge?]];
@@ -74,21 +74,21 @@ fn stops(summary: &Summary) -> String {
         );
     }
     format!(
-        "<p>Of {trips} trips {arrived} % arrive, {} % of all without a charging stop. Those that arrive are charged \
-         on the way for {} min in the mean and wait {} min for chargers.</p>\n",
+        "<p>Of {trips} trips {arrived} % arrive, {} % of all without a charging stop. Those that \
+         arrive are charged on the way for {} min in the mean and wait {} min for chargers.</p>\n",
         percent(without),
         short(charging.charging_s / 60.0 / charging.arrived().max(1) as f64),
         short(charging.charging_wait_s / 60.0 / charging.arrived().max(1) as f64),
     )
 }
 
-/// Of how many trucks the trips arrive.
+/// Numbers of trucks whose trips arrive.
 fn trucks(summary: &Summary) -> String {
     let [all, most] = &summary.truck_arrivals[..] else { return String::new() };
     let range = |ci95: [f64; 2]| format!("{:.0} to {:.0} %", 100.0 * ci95[0], 100.0 * ci95[1]);
     format!(
-        "<p>Of {} trucks {} make all of their trips ({} of such trucks would, 95 % interval), and {} at least \
-         {:.0} % of them ({}).</p>\n",
+        "<p>Of {} trucks {} make all of their trips ({} of such trucks would, 95 % interval), and \
+         {} at least {:.0} % of them ({}).</p>\n",
         grouped(all.of),
         grouped(all.trucks),
         range(all.ci95),
@@ -104,16 +104,18 @@ fn range(run: &Reported) -> String {
     let found = summarise(trips, run.manifest.dependence());
     let Some(RangeSummary { all, curve, .. }) = found else { return String::new() };
     if all.depleted == 0 {
-        return "<p>No trip came down to its reserve: how much farther the trucks would come is not in these \
-                records. <code>ocmc range --study …</code> drives them until they are empty.</p>\n"
+        return "<p>No trip came down to its reserve: how much farther the trucks would come is not \
+                in these records. <code>ocmc range --study …</code> drives them until they are \
+                empty.</p>\n"
             .to_owned();
     }
     let points: Vec<(f64, f64, [f64; 2])> =
         curve.iter().map(|point| (point.distance_m / 1000.0, point.share, point.ci95)).collect();
     format!(
-        "<figure>{}<figcaption>Share of the trucks that are not empty yet over the distance, charging on the \
-         way included, with its 95 % interval (Kaplan and Meier: a trip that arrives tells only that its truck \
-         comes farther). {} of {} trips ended at the reserve.</figcaption></figure>\n",
+        "<figure>{}<figcaption>Share of the trucks that are not empty yet over the distance, \
+         charging on the way included, with its 95 % interval (Kaplan and Meier: a trip that \
+         arrives tells only that its truck comes farther). {} of {} trips ended at the \
+         reserve.</figcaption></figure>\n",
         range_curve(&points),
         grouped(all.depleted),
         grouped(all.trips),
@@ -142,9 +144,10 @@ fn along_the_way(run: &Reported) -> String {
     }
     let reserve = run.manifest.value("charging.reserve").and_then(|value| value.as_float());
     format!(
-        "<figure>{}<figcaption>State of charge over the distance: median, and the band in which 90 % of the \
-         trips lie that come so far ({} trips). It is known at departure, before and behind each charging and \
-         at the end, and drawn straight between: a hill on the way is not in it. Dashed: the reserve.\
+        "<figure>{}<figcaption>State of charge over the distance: median, and the band in which 90 \
+         % of the trips lie that come so far ({} trips). It is known at departure, before and \
+         behind each charging and at the end, and drawn straight between: a hill on the way is not \
+         in it. Dashed: the reserve.\
          </figcaption></figure>\n",
         state_of_charge(&bands, reserve),
         grouped(courses.len() as u64),
@@ -160,7 +163,7 @@ fn charge_at(course: &[[f64; 2]], at_m: f64) -> Option<f64> {
     Some(begin + (end - begin) * share)
 }
 
-/// What chargers draw from the grid over the day.
+/// Load of chargers on the grid over the day.
 fn loads(summary: &Summary) -> String {
     let Some(loads) = &summary.loads else { return String::new() };
     let mut text = String::new();
@@ -182,10 +185,10 @@ fn loads(summary: &Summary) -> String {
         };
         let _ = writeln!(
             text,
-            "<figure>{}<figcaption>Power that {name} draw from the grid, kW, means of quarters of an hour, {of} \
-             ({} days): the line is the mean, the band reaches from the median day up to the one that 19 of 20 \
-             stay below. There it is highest at {}, {} kW; on the highest day {} kW. On the mean day {} kWh are \
-             charged.</figcaption></figure>",
+            "<figure>{}<figcaption>Power that {name} draw from the grid, kW, means of quarters of \
+             an hour, {of} ({} days): the line is the mean, the band reaches from the median day \
+             up to the one that 19 of 20 stay below. There it is highest at {}, {} kW; on the \
+             highest day {} kW. On the mean day {} kWh are charged.</figcaption></figure>",
             load_curve(&rows, name),
             grouped(place.days),
             clock(place.p95_quarter_hour),
@@ -221,9 +224,10 @@ pub(super) fn waterfall(gathered: &Gathered) -> String {
     steps.sort_by(|a, b| b.change.abs().total_cmp(&a.change.abs()));
     steps.push(Step { name: "all others".to_owned(), change: other });
     format!(
-        "<h2>From {} to {}</h2>\n<figure>{}<figcaption>Electricity from the battery over the distance, kWh/km, \
-         of the completed trips that depart in summer ({}) and in winter ({}), and what the difference is made \
-         of. The trips are different ones: chance is in it, too.</figcaption></figure>\n",
+        "<h2>From {} to {}</h2>\n<figure>{}<figcaption>Electricity from the battery over the \
+         distance, kWh/km, of the completed trips that depart in summer ({}) and in winter ({}), \
+         and what the difference is made of. The trips are different ones: chance is in it, \
+         too.</figcaption></figure>\n",
         SEASONS[2],
         SEASONS[0],
         waterfall_picture([from, to], &steps),

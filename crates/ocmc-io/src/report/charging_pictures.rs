@@ -1,5 +1,5 @@
-//! The pictures of charging: a range curve, the state of charge over the distance, load curves, and a
-//! waterfall, as SVG that takes its colours from the page.
+//! The pictures of charging: a range curve, the state of charge over the distance, load curves, and
+//! a waterfall, as SVG that takes its colours from the page.
 
 use super::panel::Panel;
 use super::svg::{self, begin, label, rounded_short};
@@ -109,7 +109,8 @@ pub(super) fn waterfall([from, to]: [f64; 2], steps: &[Step]) -> String {
         label(&mut text, [left - 8.0, top + 15.0], "end", "name", name);
         let _ = writeln!(
             text,
-            "<rect class=\"{class}\" x=\"{begin:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{}\"/>",
+            "<rect class=\"{class}\" x=\"{begin:.1}\" y=\"{top:.1}\" width=\"{:.1}\" \
+             height=\"{}\"/>",
             (end - begin).max(1.0),
             row - 8.0
         );

@@ -37,11 +37,11 @@ pub struct ComparisonPage<'a> {
 /// How study B differs from study A.
 #[derive(Clone, Copy, Debug)]
 pub struct PairPicture<'a> {
-    /// What A and B are called.
+    /// Names of A and B.
     pub names: [&'a str; 2],
     /// The difference.
     pub comparison: &'a Comparison,
-    /// Which of them costs less; none where they have not both prices in one currency.
+    /// Difference in cost; none where they have not both prices in one currency.
     pub cost: Option<&'a CostDifference>,
     /// The keys in which they differ.
     pub keys: &'a [KeyDifference],
@@ -104,11 +104,13 @@ impl PairPicture<'_> {
         let [in_b, in_a] = [a + difference, a].map(|mean| rounded(factor * mean));
         let mut said = if quantity(&comparison.column).is_some() {
             format!(
-                "B takes {change}{interval} {unit} {word} than A{share}, in the mean of the fleet: {in_b} against {in_a}."
+                "B takes {change}{interval} {unit} {word} than A{share}, in the mean of the fleet: \
+                 {in_b} against {in_a}."
             )
         } else {
             format!(
-                "{unit} is {change}{interval} {word} in B than in A{share}, in the mean of the cycles: {in_b} against {in_a}."
+                "{unit} is {change}{interval} {word} in B than in A{share}, in the mean of the \
+                 cycles: {in_b} against {in_a}."
             )
         };
         if let (Some(lower), Some(equal)) = (comparison.share_a_lower, comparison.share_equal) {
@@ -143,7 +145,7 @@ impl PairPicture<'_> {
         format!("<p class=\"soft\">A: {a}<br>B: {b}</p>\n{}", lead(&said))
     }
 
-    /// What both cost over the distance and the work of transport.
+    /// Costs of both over the distance and the work of transport.
     fn costs(&self) -> String {
         let Some(cost) = self.cost else { return String::new() };
         let line = |unit: &str, side: &Side| {
@@ -163,7 +165,7 @@ impl PairPicture<'_> {
         format!("<h2>Cost</h2>\n{}", table(&head, rows))
     }
 
-    /// What B differs in.
+    /// Keys in which B differs.
     fn differing_keys(&self) -> String {
         let rows = self.keys.iter().take(MOST_KEYS).map(|key| {
             let [a, b] = key.values().map(|value| escaped(&value));
@@ -216,9 +218,12 @@ impl PairPicture<'_> {
             .unzip();
         let sd = statistic.sd.map_or_else(|| "–".to_owned(), rounded);
         format!(
-            "<h2>Differences, pair by pair</h2>\n<figure>{}<figcaption>Number of cycles by how much more they take in B than in A; \
-             {same}a dashed line at the difference of the fleets' means.{outside}</figcaption></figure>\n\
-             <div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>over the pairs</th><th>SD</th>{head}</tr></thead>\n<tbody><tr>\
+            "<h2>Differences, pair by pair</h2>\n\
+             <figure>{}<figcaption>Number of cycles by how much more they take in B than in A; \
+             {same}a dashed line at the difference of the fleets' \
+             means.{outside}</figcaption></figure>\n\
+             <div class=\"wide\" tabindex=\"0\"><table>\n\
+             <thead><tr><th>over the pairs</th><th>SD</th>{head}</tr></thead>\n<tbody><tr>\
              <td>{}</td><td>{sd}</td>{cells}</tr></tbody></table></div>\n{}",
             svg::histogram(histogram, &marks, &what, "cycles"),
             escaped(&what),
@@ -226,7 +231,7 @@ impl PairPicture<'_> {
         )
     }
 
-    /// What the differences go with.
+    /// Inputs that go with the differences.
     fn explained(&self, unit: &str, factor: f64) -> String {
         let first = self.baseline.first().map_or(0, |record| record.cycle_id);
         let record = |pair: &PairOfValues| self.baseline.get((pair.cycle_id - first) as usize);
@@ -250,10 +255,12 @@ impl PairPicture<'_> {
             return String::new();
         }
         format!(
-            "<h2>What goes with the difference</h2>\n<p>B less A, {} over tenths of the pairs, sorted by each quantity of A, whose values \
-             stand below the first, the middle and the last of them: the line is the median, the band holds 80 % of the pairs. The \
-             percentage is the share of the variance of the differences between the tenths. It says what goes together, not what \
-             causes what.</p>\n{}",
+            "<h2>What goes with the difference</h2>\n\
+             <p>B less A, {} over tenths of the pairs, sorted by each quantity of A, whose values \
+             stand below the first, the middle and the last of them: the line is the median, the \
+             band holds 80 % of the pairs. The percentage is the share of the variance of the \
+             differences between the tenths. It says what goes together, not what causes \
+             what.</p>\n{}",
             escaped(unit),
             panels(&strongest(found), "Difference")
         )

@@ -120,8 +120,9 @@ fn picture(page: &DoubtPage, unit: &str, factor: f64, digits: usize) -> String {
     );
     word(&mut text, [middle, 12.0], "middle", "", "unmoved");
     format!(
-        "<h2>Effects on the mean</h2>\n<figure>{text}</svg>\n<figcaption>Change of the mean, in {}: \
-         light at the first end of the range, dark at the other.</figcaption></figure>\n",
+        "<h2>Effects on the mean</h2>\n<figure>{text}</svg>\n\
+         <figcaption>Change of the mean, in {}: light at the first end of the range, dark at the \
+         other.</figcaption></figure>\n",
         escaped(unit)
     )
 }

@@ -10,7 +10,7 @@ use std::fmt::Write;
 /// A kind of loss that is a field of the record, and its part of one.
 type Loss = (&'static str, fn(&Record) -> Option<f64>);
 
-/// What the energy of the stores goes into, beside what has a column of its own.
+/// Losses of the stores' energy, beside those with a column of their own.
 const LOSSES: [Loss; 14] = [
     ("engine", |r| r.engine_loss_j),
     ("battery", |r| r.battery_loss_j),
@@ -29,7 +29,7 @@ const LOSSES: [Loss; 14] = [
     ("missing at the wheels", |r| r.missing_energy_j.filter(|j| *j > 0.0).map(|j| -j)),
 ];
 
-/// What the energy of the stores goes into, kind by kind; together they are all of it.
+/// Losses of the stores' energy, kind by kind; together they are all of it.
 pub(super) fn losses(record: &Record) -> impl Iterator<Item = (&'static str, Option<f64>)> {
     let fields = LOSSES.iter().map(|(name, of)| (*name, of(record)));
     let own = TERMS.iter().filter(|declared| declared.place == Place::Loss);

@@ -1,5 +1,5 @@
-//! What a report takes from the records, group by group: a report of a million cycles does not hold
-//! them.
+//! Data that a report takes from the records, group by group: a report of a million cycles does not
+//! hold them.
 
 use super::charging::{Course, keep};
 use super::energy::losses;
@@ -15,14 +15,14 @@ pub(super) const LISTED: usize = 5;
 /// Candidates for the ends that wait until they are sorted.
 const WAITING: usize = 512;
 
-/// What was taken from the records.
+/// Data that were taken from the records.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
     /// Sums over the completed cycles.
     pub(super) sums: Sums,
     /// The same of each season, in their order, of trips that were charged by a policy.
     pub(super) by_season: [Sums; SEASONS.len()],
-    /// What such trips tell of the range.
+    /// Evidence of such trips on the range.
     pub(super) range_trips: Vec<RangeTrip>,
     /// The state of charge along some of them.
     pub(super) courses: Vec<Course>,
@@ -37,15 +37,15 @@ pub struct Gathered {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sums {
     pub(super) trips: u64,
-    /// What all stores gave, in J, and whether a carrier is among them.
+    /// Energy that all stores gave, in J, and whether a carrier is among them.
     pub(super) stored_energy_j: Option<f64>,
     pub(super) stores: [bool; Carrier::COUNT],
-    /// What batteries gave, in J.
+    /// Energy that batteries gave, in J.
     pub(super) charge_j: Option<f64>,
     pub(super) distance_m: Option<f64>,
     pub(super) duration_s: Option<f64>,
     pub(super) standstill_s: Option<f64>,
-    /// Of each kind of loss, in their order.
+    /// Energy of each kind of loss, in their order.
     pub(super) losses_j: Vec<(&'static str, Option<f64>)>,
     /// Distance on urban, rural and motorway roads.
     pub(super) on_m: [Option<f64>; 3],
@@ -56,7 +56,7 @@ pub(super) struct Sums {
 /// One of the consumptions.
 #[derive(Clone, Debug, Default)]
 struct Consumption {
-    /// Of each cycle, NaN where it has none.
+    /// Consumption of each cycle, NaN where it has none.
     values: Vec<f64>,
     /// The lowest and the highest ones, and what waits to be sorted among them.
     ends: Vec<(f64, Record)>,

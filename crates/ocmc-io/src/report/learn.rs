@@ -34,8 +34,9 @@ pub fn learn_html(page: &LearnPage) -> String {
             let within = points.iter().filter(|p| (p[2]..=p[3]).contains(&p[1])).count();
             let n = points.len() as f64;
             let said = format!(
-                "Of {} trips that it was not learnt from it expected {:.1} {unit} in the mean; {:.1} were \
-                 measured. {within} of them lie within the interval that should hold 90 %.",
+                "Of {} trips that it was not learnt from it expected {:.1} {unit} in the mean; \
+                 {:.1} were measured. {within} of them lie within the interval that should hold 90 \
+                 %.",
                 points.len(),
                 factor * sums[0] / n,
                 factor * sums[1] / n,
@@ -105,8 +106,8 @@ fn picture(points: &[[f64; 4]], unit: &str, factor: f64) -> String {
     let middle = f64::midpoint(left, width - 14.0);
     word(&mut text, [middle, height - 8.0], "middle", "name", &format!("expected, {unit}"));
     format!(
-        "<figure>{text}</svg>\n<figcaption>Trips that were held back: measured over expected, in {}. \
-         Each line is the interval that holds 90 % of such trips.</figcaption></figure>\n",
+        "<figure>{text}</svg>\n<figcaption>Trips that were held back: measured over expected, in \
+         {}. Each line is the interval that holds 90 % of such trips.</figcaption></figure>\n",
         escaped(unit)
     )
 }

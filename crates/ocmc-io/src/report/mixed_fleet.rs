@@ -13,11 +13,11 @@ pub struct MixedFleetPage<'a> {
     pub study: &'a str,
     /// The answer in a sentence.
     pub said: &'a str,
-    /// What stands in large print: numbers with their units, and what they are.
+    /// Key figures in large print: numbers with their units, and their meaning.
     pub keys: &'a [[String; 2]],
     /// Name of the total whose shares are drawn.
     pub shared: &'a str,
-    /// Of each group its name, its share of that total, and this in words; none where not all have it.
+    /// Name of each group, its share of that total, and this in words; none where not all have it.
     pub shares: &'a [(String, f64, String)],
     /// Tables below.
     pub tables: &'a [PageTable],
@@ -32,7 +32,7 @@ pub struct MixedFleetPage<'a> {
 pub struct PageTable {
     /// Heading above it.
     pub heading: &'static str,
-    /// What it says, in a sentence.
+    /// Note of the table, in a sentence.
     pub note: &'static str,
     /// Names of its columns.
     pub head: Vec<String>,
@@ -76,8 +76,8 @@ pub fn mixed_fleet_html(page: &MixedFleetPage) -> String {
         rows(page.facts)
     );
     text.push_str(
-        "<p class=\"soft\">Behind ± lies where another fleet of as many such trucks would lie. It does \
-         not hold the error of the models, nor that of numbers that were judged.</p>\n",
+        "<p class=\"soft\">Behind ± lies where another fleet of as many such trucks would lie. It \
+         does not hold the error of the models, nor that of numbers that were judged.</p>\n",
     );
     let title = escaped(page.study);
     let top = page_head(&format!("{title}: a fleet of groups, by ocmc"), STYLE);

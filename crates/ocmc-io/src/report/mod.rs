@@ -63,8 +63,8 @@ const STYLE: &str = include_str!("style.css");
 ///
 /// The rolling coefficient is not among them: a tyre's coefficient falls with its load, so that the
 /// column goes with the payload and would show the payload's effect once more. The factor that is
-/// sampled is not in the records; `ocmc sensitivity` has its share. Speed, stops and gear shifts are
-/// outcomes, as the consumption is.
+/// sampled is not in the records; `ocmc sensitivity` has its share. Speed, stops and gear shifts
+/// are outcomes, as the consumption is.
 const EXPLAINING: [(&str, &str, f64, bool); 14] = [
     ("payload_kg", "payload, t", 1e-3, false),
     ("climb_m", "climb, m", 1.0, true),
@@ -94,11 +94,11 @@ const SHOWN: usize = 9;
 /// A run, as far as a report needs it.
 #[derive(Clone, Debug)]
 pub struct Reported {
-    /// What the run is.
+    /// Manifest of the run.
     pub manifest: Manifest,
-    /// What its cycles add up to.
+    /// Totals of its cycles.
     pub summary: RunSummary,
-    /// What else its records say.
+    /// Further data from its records.
     pub gathered: Gathered,
 }
 
@@ -180,7 +180,8 @@ fn head(run: &Reported) -> String {
     let day = day.map_or_else(String::new, |day| format!(" · {}", escaped(day)));
     let cycles = grouped(run.summary.summary.cycles);
     format!(
-        "{top}<h1>{name}</h1>\n<p class=\"soft\">{}<br>{cycles} trips, seed {}{day} · ocmc {}</p>\n",
+        "{top}<h1>{name}</h1>\n<p class=\"soft\">{}<br>{cycles} trips, seed {}{day} · ocmc {}</p>\n\
+         ",
         escaped(description),
         run.manifest.seed,
         escaped(&run.manifest.program_version)
@@ -196,8 +197,10 @@ fn page_head(title: &str, style: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
-         <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n"
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; \
+         style-src 'unsafe-inline'\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{style}</style>\n\
+         </head>\n<body>\n<main>\n"
     )
 }
 
@@ -207,8 +210,8 @@ fn distribution(statistic: &Statistic) -> String {
     if let Some(histogram) = statistic.histogram.as_ref().filter(|_| factor == 1.0) {
         let _ = writeln!(
             text,
-            "<figure>{}<figcaption>Number of cycles; lines at P5, P50 and P95, and, dashed, at the mean of the \
-             fleet.{}</figcaption></figure>",
+            "<figure>{}<figcaption>Number of cycles; lines at P5, P50 and P95, and, dashed, at the \
+             mean of the fleet.{}</figcaption></figure>",
             svg::histogram(histogram, &marks(statistic), unit, "cycles"),
             match histogram.below + histogram.above {
                 0 => String::new(),
@@ -228,14 +231,14 @@ fn marks(statistic: &Statistic) -> Vec<svg::Mark> {
 
 /// A quantity that goes with the consumption.
 struct Explaining {
-    /// What it is called for people, with its unit.
+    /// Name for people, with its unit.
     name: String,
     /// The factor to that unit.
     factor: f64,
     association: Association,
 }
 
-/// What goes with the consumption, the strongest first.
+/// Inputs that go with the consumption, the strongest first.
 fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining> {
     let mut found = Vec::new();
     for (k, (_, label, factor, per_distance)) in EXPLAINING.into_iter().enumerate() {
@@ -255,7 +258,7 @@ fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining>
     strongest(found)
 }
 
-/// Those that are shown, the strongest first: a share that chance gives, too, or that rounds to
+/// Inputs that are shown, the strongest first: a share that chance gives, too, or that rounds to
 /// nothing, says nothing.
 fn strongest(mut found: Vec<Explaining>) -> Vec<Explaining> {
     found.retain(|explaining| {
@@ -267,17 +270,21 @@ fn strongest(mut found: Vec<Explaining>) -> Vec<Explaining> {
     found
 }
 
-/// What goes with the consumption: bands over tenths of the cycles.
+/// Inputs that go with the consumption: bands over tenths of the cycles.
 fn explained(found: &[Explaining], statistic: &Statistic) -> String {
     if found.is_empty() {
         return String::new();
     }
     let (unit, _) = label(statistic.column);
     let mut text = format!(
-        "<h2>What goes with the spread</h2>\n<p>{} over tenths of the cycles, sorted by each quantity, whose values stand below the first, the \
-         middle and the last of them: the line is the median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths, freed of what chance gives; quantities whose share chance gives, too, are not shown. All but \
-         the payload are seen beside it: what goes with a cycle's payload is taken off its value first. It \
-         says what goes together; <code>ocmc sensitivity</code> says what causes the spread.</p>\n",
+        "<h2>What goes with the spread</h2>\n\
+         <p>{} over tenths of the cycles, sorted by each quantity, whose values stand below the \
+         first, the middle and the last of them: the line is the median, the band holds 80 % of \
+         the cycles. The percentage is the share of the variance between the tenths, freed of what \
+         chance gives; quantities whose share chance gives, too, are not shown. All but the \
+         payload are seen beside it: what goes with a cycle's payload is taken off its value \
+         first. It says what goes together; <code>ocmc sensitivity</code> says what causes the \
+         spread.</p>\n",
         escaped(unit)
     );
     text.push_str(&panels(found, "Consumption"));

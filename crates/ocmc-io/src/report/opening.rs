@@ -1,5 +1,5 @@
-//! What a report opens with: the answer in plain sentences, each of them only where it was
-//! computed, and in large print.
+//! Opening of a report: the answer in plain sentences, each of them only where it was computed, and
+//! in large print.
 
 use super::energy::largest_losses;
 use super::svg::escaped;
@@ -41,7 +41,7 @@ fn half_of(judged: &JudgedMean, factor: f64) -> String {
     judged.plus_minus.map_or("± ?".to_owned(), |h| format!("± {}", two_digits(factor * h)))
 }
 
-/// Which numbers these are.
+/// Phrase that names these numbers.
 fn of_judged(judged: &JudgedMean) -> String {
     let Some(stored) = &judged.doubt.stored else {
         let why = match judged.doubt.entries {
@@ -164,7 +164,7 @@ fn done(summary: &Summary) -> String {
 }
 
 impl Explaining {
-    /// What the spread goes with most; none where it goes with little.
+    /// Sentence on the input that the spread goes with most; none where it goes with little.
     fn sentence(&self) -> Option<String> {
         let share = self.association.share;
         let what = self.name.split(',').next().unwrap_or_default().replace(": ", "'s ");

@@ -13,7 +13,7 @@ pub(super) fn colour(driver: usize) -> &'static str {
     COLOURS[driver % COLOURS.len()]
 }
 
-/// What stands at a point.
+/// Mark at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mark {
     Circle,
@@ -44,7 +44,8 @@ impl Panel {
             let y = self.y.at(*tick);
             let _ = writeln!(
                 text,
-                "<line class=\"axis\" x1=\"{left:.1}\" x2=\"{right:.1}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>"
+                "<line class=\"axis\" x1=\"{left:.1}\" x2=\"{right:.1}\" y1=\"{y:.1}\" \
+                 y2=\"{y:.1}\"/>"
             );
             label(text, [left - 6.0, y + 4.0], "end", "", &rounded_short(*tick));
         }
@@ -88,7 +89,7 @@ impl Panel {
         let _ = writeln!(text, "<polyline fill=\"none\" {how} points=\"{path}\"/>");
     }
 
-    /// What lies between points and 0; they are numbers, from left to right.
+    /// Area between points and 0; they are numbers, from left to right.
     pub(super) fn area(
         &self,
         text: &mut String,
@@ -123,15 +124,18 @@ impl Panel {
         let _ = match mark {
             Mark::Circle => writeln!(
                 text,
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.6\"><title>{title}</title></circle>"
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"none\" stroke=\"{colour}\" \
+                 stroke-width=\"1.6\"><title>{title}</title></circle>"
             ),
             Mark::Dot => writeln!(
                 text,
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{colour}\"><title>{title}</title></circle>"
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" \
+                 fill=\"{colour}\"><title>{title}</title></circle>"
             ),
             Mark::Cross => writeln!(
                 text,
-                "<path d=\"M{:.1} {y:.1}h9M{x:.1} {:.1}v9\" stroke=\"{colour}\" stroke-width=\"1.8\"><title>{title}</title></path>",
+                "<path d=\"M{:.1} {y:.1}h9M{x:.1} {:.1}v9\" stroke=\"{colour}\" \
+                 stroke-width=\"1.8\"><title>{title}</title></path>",
                 x - 4.5,
                 y - 4.5
             ),
@@ -153,7 +157,7 @@ impl Panel {
         );
     }
 
-    /// What lies outside stands at the edge.
+    /// Clamps a value outside the panel to its edge.
     fn within(&self, y: f64) -> f64 {
         y.clamp(self.y.from[0], self.y.from[1])
     }

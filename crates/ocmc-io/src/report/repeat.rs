@@ -82,7 +82,7 @@ impl Repeat {
         )
     }
 
-    /// What has to be done before a command of this page is typed.
+    /// Steps before a command of this page is typed.
     pub(super) fn first(manifest: &Manifest) -> String {
         let there = if manifest.routes().iter().all(|route| route.table.is_some()) {
             ""

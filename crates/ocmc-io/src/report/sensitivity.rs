@@ -15,7 +15,7 @@ const NAMED: usize = 3;
 /// An analysis, as far as its page needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct SensitivityPage<'a> {
-    /// What the study is called.
+    /// Name of the study.
     pub study: &'a str,
     /// The shares.
     pub sensitivity: &'a Sensitivity,
@@ -50,7 +50,7 @@ pub fn sensitivity_html(page: &SensitivityPage) -> String {
     format!("{top}<h1>Where the spread of {study} comes from</h1>\n{}{FOOT}", folded(&text))
 }
 
-/// What the variance is between.
+/// Units between which the variance is.
 fn between(over: Over) -> &'static str {
     match over {
         Over::Trip => "trips",

@@ -23,7 +23,7 @@ const DOWNHILL: &str = "#0072b2";
 pub struct Picture {
     /// Name of its file, without ending.
     pub name: &'static str,
-    /// What it shows.
+    /// Caption of the picture.
     pub caption: String,
     /// It, as SVG that takes its letters and axes from a page.
     svg: String,

@@ -1,4 +1,4 @@
-//! What the driving-simulator study shows: its numbers, events and drives, and the page.
+//! Results of the driving-simulator study: its numbers, events and drives, and the page.
 
 use super::simulator_pictures::Picture;
 use super::svg::escaped;
@@ -16,7 +16,7 @@ pub struct ComparedNumber {
     pub table: &'static str,
     /// Quantity, with its unit.
     pub quantity: &'static str,
-    /// What the paper prints.
+    /// Number that the paper prints.
     pub paper: f64,
     /// Median over the repetitions; none where no repetition has it.
     pub median: Option<f64>,
@@ -98,10 +98,10 @@ pub struct SimulatorEvent {
     pub set_speed_mps: f64,
     /// Speed that the driver wants, in m/s.
     pub wanted_mps: f64,
-    /// What was recorded.
+    /// Recorded series.
     #[serde(skip)]
     pub recorded: DriveSeries,
-    /// What the identified driver does.
+    /// Series of the identified driver.
     #[serde(skip)]
     pub simulated: DriveSeries,
 }
@@ -139,7 +139,7 @@ pub struct SimulatorRepetition {
 /// The page of a study.
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatorPage<'a> {
-    /// What was driven.
+    /// Title: what was driven.
     pub title: &'a str,
     /// Facts about it.
     pub facts: &'a [(&'static str, String)],

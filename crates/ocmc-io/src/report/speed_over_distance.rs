@@ -9,7 +9,7 @@ const KMH: f64 = 3.6;
 const MOST_DRAWN: usize = 12;
 /// Most points of a line.
 const MOST_POINTS: usize = 500;
-/// What a picture that stands alone takes from no page.
+/// Style of a picture that stands alone and takes none from a page.
 const STYLE: &str = "<style>text{fill:#5b6570;font:12px sans-serif}.band{fill:#9fc3e6}\
                      .inner{fill:#5f9bd4}.line{fill:none;stroke:#1f4e80;stroke-width:1.5}\
                      .mark{fill:none;stroke:#b3452f;stroke-width:1.5}.axis{stroke:#d6dbe1}\
@@ -19,7 +19,7 @@ const STYLE: &str = "<style>text{fill:#5b6570;font:12px sans-serif}.band{fill:#9
 /// The drives on one road.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadPicture {
-    /// What the road is called.
+    /// Name of the road.
     pub name: String,
     /// Places, in m.
     pub position_m: Vec<f64>,

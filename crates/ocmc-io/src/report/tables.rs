@@ -56,7 +56,7 @@ pub(super) fn repeated(
     )
 }
 
-/// What a table over cycles says.
+/// Explanation of a table over cycles.
 pub(super) const OVER_CYCLES: &str = "Mean: of the fleet, total over total, with its 95 % \
                                       interval. The other columns count each cycle once.";
 
@@ -134,8 +134,9 @@ pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity, repeat: &Repea
         let command = trace_command(run, repeat, cycle_id);
         let _ = writeln!(
             text,
-            "<tr><td>{cycle_id}</td><td>{value}</td><td>{payload_t:.1}</td><td>{km}</td><td>{speed_kmh}</td>\
-             <td>{climb_m_per_km:.1}</td><td>{n_stops}</td><td class=\"words\">{command}</td></tr>"
+            "<tr><td>{cycle_id}</td><td>{value}</td><td>{payload_t:.1}</td><td>{km}</td>\
+             <td>{speed_kmh}</td><td>{climb_m_per_km:.1}</td><td>{n_stops}</td>\
+             <td class=\"words\">{command}</td></tr>"
         );
     }
     text.push_str("</tbody></table></div>\n");
@@ -241,8 +242,8 @@ pub(super) fn study(run: &Reported) -> String {
     text
 }
 
-/// What was driven instead of the study's own roads: routes, with what is kept of them, and a speed
-/// that was followed.
+/// Drives that replaced the study's own roads: routes, with what is kept of them, and a speed that
+/// was followed.
 fn driven_instead(
     routes: &[RouteModel],
     followed: Option<&Followed>,
@@ -277,7 +278,8 @@ fn driven_instead(
     rows
 }
 
-/// What the file of the study repeats, and what else that takes.
+/// Note on the parts of a run that the file of the study repeats, and the further files that it
+/// takes.
 fn what_it_repeats(followed: Option<&Followed>) -> String {
     match followed {
         None => "repeats this run".to_owned(),

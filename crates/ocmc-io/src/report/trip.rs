@@ -33,8 +33,8 @@ struct Series {
     charge: Vec<f64>,
 }
 
-/// The trip in the middle of a run by a quantity; nothing where it cannot be driven again as it was:
-/// on given roads or at a given speed, and by another version of the program.
+/// The trip in the middle of a run by a quantity; nothing where it cannot be driven again as it
+/// was: on given roads or at a given speed, and by another version of the program.
 pub(super) fn trip(run: &Reported, quantity: &RecordQuantity, repeat: &Repeat) -> String {
     let manifest = &run.manifest;
     let Some((cycle_id, value)) = run.gathered.middle(quantity, manifest.first_cycle) else {
@@ -61,10 +61,11 @@ pub(super) fn trip(run: &Reported, quantity: &RecordQuantity, repeat: &Repeat) -
     };
     let charge = if electric { ", and the state of charge" } else { "" };
     format!(
-        "<h2>A trip in the middle</h2>\n<p>Cycle {cycle_id} takes {} {}: as many trips take less as take \
-         more. Step by step: {}</p>\n<figure>{}<figcaption>Limit (dashed), what the driver wants (red) \
-         and speed (blue); slope; power of the service brakes (red) and of {own}{charge}. Where much \
-         happens within {:.0} m the lowest and the highest speed are drawn, and the mean power.\
+        "<h2>A trip in the middle</h2>\n\
+         <p>Cycle {cycle_id} takes {} {}: as many trips take less as take more. Step by step: \
+         {}</p>\n<figure>{}<figcaption>Limit (dashed), what the driver wants (red) and speed \
+         (blue); slope; power of the service brakes (red) and of {own}{charge}. Where much happens \
+         within {:.0} m the lowest and the highest speed are drawn, and the mean power.\
          </figcaption></figure>\n",
         rounded(factor * value),
         escaped(unit),

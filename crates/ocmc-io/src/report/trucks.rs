@@ -144,8 +144,8 @@ fn year(trucks: &TruckSummary) -> String {
         |_| " The cost is that of the centres of the prices; <code>ocmc cost</code> has its items.",
     );
     format!(
-        "<p class=\"soft\">What these trips of the fleet add up to, and where that of another fleet of \
-         as many trucks lies in 95 of 100 cases.{priced}</p>\n{}",
+        "<p class=\"soft\">What these trips of the fleet add up to, and where that of another \
+         fleet of as many trucks lies in 95 of 100 cases.{priced}</p>\n{}",
         table(&["quantity", "total", "another fleet"], rows)
     )
 }

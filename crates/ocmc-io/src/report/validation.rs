@@ -20,7 +20,7 @@ const COLOURS: &str = "svg .inner { fill: color-mix(in srgb, var(--bar) 55%, var
                        svg polyline.mark { fill: none; }\n\
                        .circular { border-left: .3rem solid var(--mark); padding-left: .6rem; }\n";
 
-/// What a quantity is called for people, and the factor to the unit in which they read it.
+/// Label of a quantity for people, and the factor to the unit in which they read it.
 pub fn quantity_label(quantity: &str, carrier: Carrier) -> (String, f64) {
     match quantity {
         "speed" => ("speed at all places, km/h".to_owned(), 3.6),
@@ -46,13 +46,13 @@ pub fn score_text(value: f64) -> String {
 /// A validation, as far as its page needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct ValidationPage<'a> {
-    /// What was validated.
+    /// Title: what was validated.
     pub title: &'a str,
     /// Facts about it.
     pub facts: &'a [(&'static str, String)],
-    /// What comes from the validated logs themselves, in words.
+    /// Parts that come from the validated logs themselves, in words.
     pub circular: Option<&'a str>,
-    /// What the truck stores.
+    /// Carrier that the truck stores.
     pub carrier: Carrier,
     /// Scores over all drives.
     pub pooled: &'a [Pooled],
@@ -79,8 +79,8 @@ pub fn validation_html(page: &ValidationPage) -> String {
         let name = escaped(&road.name);
         let _ = writeln!(
             text,
-            "<h2>{name}</h2>\n<figure tabindex=\"0\">{}<figcaption>Speed over distance: 90 % and half of the \
-             simulated trips, their median, the drives, and the limit \
+            "<h2>{name}</h2>\n<figure tabindex=\"0\">{}<figcaption>Speed over distance: 90 % and \
+             half of the simulated trips, their median, the drives, and the limit \
              (dashed).</figcaption></figure>",
             road.svg()
         );

@@ -1,5 +1,5 @@
-//! The file of records, and that of chargings, from the chunks of a run: groups of rows are read and
-//! encoded side by side, and written in their order.
+//! The file of records, and that of chargings, from the chunks of a run: groups of rows are read
+//! and encoded side by side, and written in their order.
 
 use super::chunks::CHUNK_ROWS;
 use super::durable::{replaced, temporary};
@@ -51,8 +51,8 @@ impl RunDirectory {
         })
     }
 
-    /// Hands over what is made of each group of rows, in their order. At most that many threads make
-    /// something of groups, side by side. Without a row there is one group, too.
+    /// Hands over what is made of each group of rows, in their order. At most that many threads
+    /// make something of groups, side by side. Without a row there is one group, too.
     fn each_group<T: Send>(
         &self,
         threads: usize,
@@ -85,7 +85,7 @@ impl RunDirectory {
     }
 }
 
-/// What a thread has made.
+/// Result of a thread.
 fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }

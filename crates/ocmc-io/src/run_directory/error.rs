@@ -1,4 +1,4 @@
-//! What can go wrong with a run directory.
+//! Errors of a run directory.
 
 use super::fleet::runs_in;
 use super::{CHECKSUMS, FORMAT_VERSION, MANIFEST, PROGRAM_VERSION};
@@ -13,7 +13,7 @@ use thiserror::Error;
 /// Most runs that are named of a folder that is none.
 const MOST_NAMED: usize = 4;
 
-/// What can go wrong with a run directory.
+/// Error of a run directory.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RunDirectoryError {
@@ -22,7 +22,7 @@ pub enum RunDirectoryError {
     Exists {
         /// The directory.
         path: PathBuf,
-        /// Which run, in words.
+        /// Name of the run, in words.
         what: String,
         /// Whether it can be resumed.
         unfinished: bool,
@@ -37,7 +37,7 @@ pub enum RunDirectoryError {
         path: PathBuf,
         /// Why not.
         why: String,
-        /// What the system says of its manifest.
+        /// Error of the system on its manifest.
         source: io::Error,
     },
     /// A run that is under way, or that was ended by force.
@@ -83,7 +83,7 @@ pub enum RunDirectoryError {
         completed: u64,
         /// Cycles that were asked for.
         cycles: u64,
-        /// What finishes it.
+        /// Command that finishes it.
         help: String,
     },
     /// A file does not hold the records that its manifest promises, and what is wrong.
@@ -110,7 +110,7 @@ pub enum RunDirectoryError {
 }
 
 impl RunDirectoryError {
-    /// That of a file without a checksum; the file of checksums itself is missing.
+    /// Error of a file without a checksum; the file of checksums itself is missing.
     pub(super) fn without_sum(directory: &Path, name: &str) -> Self {
         let reason = match name {
             CHECKSUMS => "it is missing".to_owned(),
@@ -119,7 +119,7 @@ impl RunDirectoryError {
         Self::Damaged(directory.join(name), reason)
     }
 
-    /// That of a directory whose manifest cannot be read.
+    /// Error of a directory whose manifest cannot be read.
     pub(super) fn no_manifest(directory: &Path, source: io::Error) -> Self {
         let why = match source.kind() {
             io::ErrorKind::NotFound | io::ErrorKind::NotADirectory if directory.is_file() => {

@@ -162,7 +162,7 @@ fn write_whole(
     Ok(summary)
 }
 
-/// What the errors of uncertain numbers do to the mean that the parts speak of; none where they do
+/// Effects of uncertain numbers' errors on the mean that the parts speak of; none where they do
 /// not.
 fn effects_of(parts: &[Part], study: &Study, given: &GivenDrive, cycles: u64) -> Option<Effects> {
     let known = parts.iter().find_map(|part| part.measured.parameter_uncertainty.as_ref())?;

@@ -64,7 +64,7 @@ pub const MANIFEST: &str = "manifest.json";
 /// Name of the summary.
 pub const SUMMARY: &str = "summary.json";
 
-/// What a run directory holds. A function of study, seed and range, like the records themselves.
+/// Contents of a run directory. A function of study, seed and range, like the records themselves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
@@ -108,7 +108,7 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// What the run is, before its first cycle.
+    /// Manifest of the run, before its first cycle.
     pub fn new(loaded: &LoadedStudy, plan: &RunPlan, given: &GivenDrive) -> Self {
         let study = &loaded.model;
         let judged = loaded.judged_doubt();
@@ -138,7 +138,7 @@ impl Manifest {
         }
     }
 
-    /// Which version of the program wrote this text, whatever else is in it; none for this version.
+    /// Version of the program that wrote this text, whatever else is in it; none for this version.
     pub fn other_version(text: &str) -> Option<String> {
         let Stamp { format_version, program_version } = serde_json::from_str(text).ok()?;
         let is_ours = (format_version, &*program_version) == (FORMAT_VERSION, PROGRAM_VERSION);
@@ -172,7 +172,7 @@ impl Manifest {
         Some(TripPrices::new(&cost, &vehicle))
     }
 
-    /// Which of the cycles depend on one another.
+    /// Dependence between the cycles.
     pub fn dependence(&self) -> Dependence {
         let uncertain = self.value("driver.curve_speed.parameter_uncertainty");
         let replicates = self.value("driver.curve_speed.replicates");
@@ -187,7 +187,7 @@ impl Manifest {
     }
 }
 
-/// What manifests of all versions have.
+/// Keys that manifests of all versions have.
 #[derive(Deserialize)]
 struct Stamp {
     format_version: u32,

@@ -22,15 +22,15 @@ use std::path::{Path, PathBuf};
 /// A run that was read back.
 #[derive(Clone, Debug)]
 pub struct StoredRun {
-    /// What the run is.
+    /// Manifest of the run.
     pub manifest: Manifest,
     /// Its records.
     pub records: Vec<Record>,
-    /// What they add up to.
+    /// Totals of its cycles.
     pub summary: RunSummary,
 }
 
-/// What the summary of a run says that its records do not.
+/// Values in the summary of a run that its records do not hold.
 #[derive(Deserialize)]
 pub(super) struct Measured {
     pub(super) wall_s: f64,
@@ -189,11 +189,11 @@ pub(super) fn read_records(
 /// A run that can be resumed.
 #[derive(Clone, Debug)]
 pub struct Unfinished {
-    /// What the run is.
+    /// Manifest of the run.
     pub manifest: Manifest,
     /// Its study, as it is driven.
     pub study: LoadedStudy,
-    /// What it was given to drive.
+    /// Drive that it was given.
     pub given: GivenDrive,
     /// Format of its records.
     pub format: RecordFormat,

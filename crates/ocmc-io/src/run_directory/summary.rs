@@ -7,7 +7,7 @@ use ocmc_fleet::summary::Summary;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What has to be known of the intervals of a few cycles.
+/// Remark on the intervals of a few cycles.
 pub const FEW_CYCLES: &str = "fewer than 50 completed cycles: 95 % intervals of skewed quantities \
                               cover about 85 %";
 
@@ -23,7 +23,7 @@ pub struct RunSummary {
     pub seed: u64,
     /// Id of the first cycle.
     pub first_cycle: u64,
-    /// What the cycles add up to.
+    /// Totals of the cycles.
     #[serde(flatten)]
     pub summary: Summary,
     /// Effect of judged numbers on the mean; absent where none is.
@@ -32,7 +32,7 @@ pub struct RunSummary {
     /// How well the answer is known, of a run that was to end at a precision.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub precision: Option<Reached>,
-    /// What has to be known of its intervals.
+    /// Remark on its intervals that has to be known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'static str>,
     /// When the run ended, in UTC, as `2026-11-24T21:04:00Z`.
@@ -65,7 +65,7 @@ impl JudgedMean {
 }
 
 impl RunSummary {
-    /// What the run of this manifest adds up to, which ends now.
+    /// Summary of the run of this manifest, which ends now.
     pub fn new(manifest: &Manifest, mut summary: Summary, wall_s: f64, threads: usize) -> Self {
         let routes = if summary.routes.is_empty() { Vec::new() } else { manifest.routes() };
         for route in &mut summary.routes {

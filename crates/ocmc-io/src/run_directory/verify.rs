@@ -22,7 +22,7 @@ pub struct Verified {
 pub struct CheckedFile {
     /// Its name in the directory.
     pub name: String,
-    /// What is wrong with it, in words.
+    /// Fault of the file, in words.
     pub fault: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a study inherits: `study.base`, `study.drop` and `vehicle.base`, which core knows nothing
+//! Inheritance of a study: `study.base`, `study.drop` and `vehicle.base`, which core knows nothing
 //! of.
 //!
 //! A study inherits another by `study.base`, a vehicle by `vehicle.base`; both are a built-in name
@@ -97,15 +97,15 @@ fn foreign(
     Ok(vehicle)
 }
 
-/// What is wrong with a file that is no TOML, without a line of it: it may be any file, and the
-/// study a stranger's.
+/// Fault of a file that is no TOML, without a line of it: it may be any file, and the study a
+/// stranger's.
 fn unquoted(fault: &Fault, base: &Node) -> Box<Fault> {
     let place = fault.place.as_ref().map_or_else(String::new, Place::label);
     let ending = base.as_str().map(Path::new).and_then(Path::extension);
     if let (Cause::Syntax(_), Some(ending)) = (&fault.cause, ending.filter(|end| *end != "toml")) {
         let message = format!(
-            "{place}: a base is a study in TOML, and this file ends in `.{}`; a vehicle of VECTO or \
-             FASTSim is named by `vehicle.base`",
+            "{place}: a base is a study in TOML, and this file ends in `.{}`; a vehicle of VECTO \
+             or FASTSim is named by `vehicle.base`",
             ending.display()
         );
         return Fault::new(Cause::File(message)).at(base.any_place());

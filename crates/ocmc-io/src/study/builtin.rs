@@ -23,7 +23,7 @@ const fn built_in(name: &'static str, text: &'static str) -> BuiltIn {
 }
 
 impl BuiltIn {
-    /// What a study is, in one line, as it says itself; of a vehicle, how its file begins.
+    /// Description of a study in one line, as it says itself; of a vehicle, how its file begins.
     pub fn description(&self) -> String {
         let said = |line: &'static str| line.strip_prefix("description = \"")?.strip_suffix('"');
         if let Some(said) = self.text.lines().find_map(said) {
@@ -140,7 +140,7 @@ fn unknown(name: &str, cause: Cause) -> StudyFileError {
 /// Largest study file, in bytes: a hundred times the default one.
 pub(super) const MOST_BYTES: u64 = 4 << 20;
 
-/// What a name stands for: its word, and what is built in of it.
+/// Kind of a name: its word, and its built-in files.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kind(&'static str, &'static [BuiltIn]);
 

@@ -175,7 +175,7 @@ fn add_leaves<'a>(table: &'a Node, above: &[&'a str], found: &mut Vec<Leaf<'a>>)
     }
 }
 
-/// What a table holds, in the order in which it is written.
+/// Contents of a table, in the order in which they are written.
 fn written(table: &Node) -> Vec<(&str, &Node)> {
     let Content::Table(entries) = &table.content else { return Vec::new() };
     let mut entries: Vec<(&str, &Node)> =
@@ -247,7 +247,7 @@ fn value_lines(node: &Node, before: usize, indent: usize) -> Vec<String> {
     lines
 }
 
-/// What a key means, and the range of its numbers.
+/// Meaning of a key, and the range of its numbers.
 fn note(value: &Node, path: &[&str], root: Key) -> String {
     let Some(key) = path.iter().try_fold(root, |key, name| key.below(name)) else {
         return String::new();

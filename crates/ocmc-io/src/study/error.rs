@@ -1,5 +1,5 @@
-//! What is wrong with a study, for people: where it is written, what is allowed, and what was
-//! probably meant.
+//! Faults of a study, for people: where it is written, what is allowed, and what was probably
+//! meant.
 
 use super::source::{Place, cut};
 use std::fmt;
@@ -24,7 +24,7 @@ pub struct StudyFileError {
 /// One thing that is wrong with a study file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// What is wrong.
+    /// Cause of the fault.
     pub cause: Cause,
     /// Where it is written; none for what is wrong with a whole file, or a study without a text.
     pub place: Option<Place>,
@@ -81,7 +81,8 @@ pub enum Cause {
     },
     /// A file that is not text.
     #[error(
-        "`{path}` is not UTF-8 text: line {line}, byte {byte} of the file; save it in UTF-8, not in UTF-16 or Latin-1"
+        "`{path}` is not UTF-8 text: line {line}, byte {byte} of the file; save it in UTF-8, not \
+         in UTF-16 or Latin-1"
     )]
     NotText {
         /// The file.
@@ -102,7 +103,7 @@ pub enum Cause {
     Setting {
         /// The argument.
         setting: String,
-        /// What it lacks.
+        /// Setting that it lacks.
         part: &'static str,
     },
     /// An unknown key.
@@ -129,7 +130,7 @@ pub enum Cause {
     NoEntry {
         /// Full path of the list.
         key: String,
-        /// What was written as the index.
+        /// Index as it was written.
         index: String,
         /// Entries of the list.
         entries: usize,
@@ -141,11 +142,10 @@ pub enum Cause {
         key: String,
         /// The value.
         value: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
-    /// What is wrong with a file that a study names, its name included, or with a text of its own
-    /// kind.
+    /// Fault of a file that a study names, its name included, or with a text of its own kind.
     #[error("{0}")]
     File(String),
     /// A path of `study.drop` that is not there.
@@ -176,7 +176,7 @@ impl Fault {
         Box::new(Self { cause, place: None, help: None, note: None })
     }
 
-    /// That of a value that may not be there.
+    /// Fault of a value that may not be there.
     pub(super) fn not_allowed(
         key: impl Into<String>,
         value: impl Into<String>,
@@ -206,7 +206,7 @@ impl Fault {
         }
     }
 
-    /// What is wrong, on one line that is safe to print.
+    /// Message of the fault, on one line that is safe to print.
     pub fn message(&self) -> String {
         cut(&self.cause.to_string(), SHOWN_MESSAGE)
     }
@@ -282,10 +282,10 @@ fn entries_of(entries: usize) -> String {
     }
 }
 
-/// What to do about a decimal comma.
+/// Remedy for a decimal comma.
 pub(super) const DECIMAL_POINT: &str = "numbers take a decimal point: 2.5, not 2,5";
 
-/// What is said where a number has its unit behind it.
+/// Remedy for a number with its unit behind it.
 pub(super) const NO_UNIT: &str =
     "numbers stand without their unit, in which the key ends: 250, not 250m";
 

@@ -2,8 +2,8 @@
 //!
 //! Source: FASTSim 2 (NREL), `vehicle.rs` and the files of its `vehdb`: the mass is
 //! `veh_override_kg`, or else `veh_kg`, both with the cargo; the engine is a peak power and an
-//! efficiency over the share of it; the driveline is an efficiency. What it does not say is that of a
-//! built-in vehicle: engine speeds and the shape of full load, scaled to the peak power, gears by
+//! efficiency over the share of it; the driveline is an efficiency. What it does not say is that of
+//! a built-in vehicle: engine speeds and the shape of full load, scaled to the peak power, gears by
 //! the wheels' radius.
 
 use super::builtin::{VEHICLE, read as built_in};
@@ -201,9 +201,9 @@ fn engine_keys(curve: &EfficiencyCurve, of_base: &Value) -> (Value, f64) {
 /// Notes on what of a file is not used, and on what is assumed.
 fn notes(keys: &Keys, base: &str, scale: f64, cargo_kg: f64) -> Vec<String> {
     let mut notes = vec![format!(
-        "assumed, as of `{base}`: engine speeds, the shape of full load, drag torque and inertia of \
-         the engine (times {scale:.3}, so that the peak power is that of the file), gears, shifting, \
-         brakes, cross wind, growth of the rolling resistance in cold, diesel as the fuel"
+        "assumed, as of `{base}`: engine speeds, the shape of full load, drag torque and inertia \
+         of the engine (times {scale:.3}, so that the peak power is that of the file), gears, \
+         shifting, brakes, cross wind, growth of the rolling resistance in cold, diesel as the fuel"
     )];
     if cargo_kg > 0.0 {
         notes.push(format!("`cargo_kg` {cargo_kg}: set `mission.payload_kg` to carry it"));
@@ -235,8 +235,9 @@ mod tests {
     /// A vehicle with the keys that are needed, lists in both spellings.
     const FILE: &str = "---\nscenario_name: a truck\nveh_pt_type: Conv\ndrag_coef: 0.5\n\
         frontal_area_m2: 10.0\ncargo_kg: 1000.0\nveh_override_kg: \nveh_kg: 11000.0\n\
-        drive_axle_weight_frac: 0.6\nfc_max_kw: 200.0\nfc_pwr_out_perc:\n  v: 1\n  dim:\n    - 3\n  \
-        data:\n    - 0.0\n    - 0.5\n    - 1.0\nfc_eff_map: [0.36, 0.4, 0.38]\nidle_fc_kw: 0.5\n\
+        drive_axle_weight_frac: 0.6\nfc_max_kw: 200.0\n\
+        fc_pwr_out_perc:\n  v: 1\n  dim:\n    - 3\n  data:\n    - 0.0\n    - 0.5\n    - 1.0\n\
+        fc_eff_map: [0.36, 0.4, 0.38]\nidle_fc_kw: 0.5\n\
         wheel_inertia_kg_m2: 5.0\nnum_wheels: 6.0\nwheel_rr_coef: 0.007\nwheel_radius_m: 0.45\n\
         alt_eff: 0.5\naux_kw: 2.0\ntrans_eff: 0.9\nval_range_miles: .nan\n";
 

@@ -19,7 +19,7 @@ const MOVED: [(&str, &str); 5] = [
     ("vehicle.electric", "vehicle.powertrain.battery_electric"),
 ];
 
-/// What a name is made of.
+/// Characters that a name is made of.
 const NO_HIDDEN: &str = "letters that are shown: no control characters, none that turn the \
                          direction of writing";
 

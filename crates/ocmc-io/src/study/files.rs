@@ -13,8 +13,8 @@ use std::path::{Component, Path, PathBuf};
 pub enum Files {
     /// In this folder; vehicles of other programs by this reader.
     In(PathBuf, VehicleReader),
-    /// In this folder, and nowhere else: a name that leads out of it is refused, and vehicles of VECTO,
-    /// whose files name others, are none.
+    /// In this folder, and nowhere else: a name that leads out of it is refused, and vehicles of
+    /// VECTO, whose files name others, are none.
     Within(PathBuf),
     /// Nowhere: studies and vehicles are built in or written inline.
     Refused,
@@ -36,7 +36,7 @@ impl Eq for VehicleReader {}
 /// A vehicle of another program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ForeignVehicle {
-    /// What its file says, as keys of a vehicle.
+    /// Contents of its file, as keys of a vehicle.
     pub keys: serde_json::Value,
     /// The built-in vehicle that has the rest.
     pub base: &'static str,
@@ -51,7 +51,7 @@ impl Default for Files {
 }
 
 impl Files {
-    /// Those in the folder that the program runs in.
+    /// Files in the folder that the program runs in.
     pub fn here() -> Self {
         Self::In(PathBuf::new(), VehicleReader(|_| None))
     }
@@ -70,7 +70,8 @@ impl Files {
         !matches!(self, Self::Within(_))
     }
 
-    /// The vehicle of FASTSim or of another program, and the path, where a name is of a file of one.
+    /// The vehicle of FASTSim or of another program, and the path, where a name is of a file of
+    /// one.
     pub(super) fn foreign(&self, name: &str) -> Option<(Result<ForeignVehicle, String>, PathBuf)> {
         let path = self.path("vehicle.base", name).ok()?;
         let of_others = || match self {
@@ -80,7 +81,7 @@ impl Files {
         Some((fastsim::read(&path).or_else(of_others)?, path))
     }
 
-    /// Those beside a file; a study that is built in has its own folder nowhere else.
+    /// Files beside a file; a study that is built in has its own folder nowhere else.
     pub(super) fn beside(&self, file: Option<&Path>) -> Self {
         match (self, file.and_then(Path::parent)) {
             (Self::In(_, vehicles), Some(folder)) => Self::In(folder.to_owned(), *vehicles),

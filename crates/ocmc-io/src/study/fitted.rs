@@ -73,8 +73,8 @@ impl FittedPart {
     }
 
     /// Adds the standard errors as `[uncertainty.NAME]`: those of the numbers that are among the
-    /// values, and that a study takes on either side. Of two shares whose sum is 1 the first one has it;
-    /// of more the errors go together, and none has one.
+    /// values, and that a study takes on either side. Of two shares whose sum is 1 the first one
+    /// has it; of more the errors go together, and none has one.
     #[must_use]
     pub fn with_errors(
         self,
@@ -151,7 +151,7 @@ impl FittedPart {
         StudyModel::from_tree(tree).expect("keys of a study over a study")
     }
 
-    /// What a study with these values would refuse.
+    /// Problems for which a study with these values would be refused.
     fn refused(&self, base: &StudyModel) -> Vec<Problem> {
         let tree = self.tree(base);
         let outside = outside_bounds(&tree);
@@ -171,12 +171,12 @@ impl FittedPart {
         serde_json::to_value(&self.values).expect("a study is tables, lists, numbers and words")
     }
 
-    /// What was left out, in words.
+    /// Parts that were left out, in words.
     pub fn warnings(&self) -> impl Iterator<Item = String> + '_ {
         self.left_out.iter().map(|problem| {
             format!(
-                "{problem}: no study takes the estimate; it and the numbers that were estimated with \
-                 it stay those of the base study"
+                "{problem}: no study takes the estimate; it and the numbers that were estimated \
+                 with it stay those of the base study"
             )
         })
     }

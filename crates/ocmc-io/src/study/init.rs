@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Column at which comments begin where the key and value leave room.
 pub(super) const COMMENT_COLUMN: usize = 44;
 
-/// What stands above the written study.
+/// Legend above the written study.
 const LEGEND: &str = "# Written by `ocmc study init`: the default study, complete. Change what \
 differs for you; `ocmc study check FILE` tells
 # whether it fits. At the end of a number's \

@@ -1,10 +1,11 @@
-//! Between which values the judged numbers of a study plausibly lie: the tables `[judged.NAME]` of a
-//! study file, and of a vehicle's file.
+//! Between which values the judged numbers of a study plausibly lie: the tables `[judged.NAME]` of
+//! a study file, and of a vehicle's file.
 //!
-//! An entry has a `reason`, and for each of its keys `[low, judged, high]`: numbers, lists or laws as
-//! the key takes them. The keys of an entry move together. Where the value of the study is another
-//! one than what was judged, it has been typed or written by a fit: it is no longer judged,
-//! and its key is left out. `judged.effects_of` names the built-in study whose stored effects hold. The tables say nothing of a trip: they are no part of the study's hash.
+//! An entry has a `reason`, and for each of its keys `[low, judged, high]`: numbers, lists or laws
+//! as the key takes them. The keys of an entry move together. Where the value of the study is
+//! another one than what was judged, it has been typed or written by a fit: it is no longer judged,
+//! and its key is left out. `judged.effects_of` names the built-in study whose stored effects hold.
+//! The tables say nothing of a trip: they are no part of the study's hash.
 
 use super::LoadedStudy;
 use super::error::{Fault, StudyFileError};

@@ -2,9 +2,9 @@
 //! effects of the built-in study that it derives from, each a share of that study's mean.
 //!
 //! `configs/judged-effects.csv` has them, as `ocmc doubt` finds them. A study whose own numbers are
-//! others has the effects of those that are still judged, rescaled to its own mean. Nothing is known
-//! of a study with other entries, with another vehicle, on given roads, and of one that derives from
-//! no built-in one.
+//! others has the effects of those that are still judged, rescaled to its own mean. Nothing is
+//! known of a study with other entries, with another vehicle, on given roads, and of one that
+//! derives from no built-in one.
 
 use super::judged::{Judged, JudgedNumbers};
 use schemars::JsonSchema;
@@ -73,7 +73,8 @@ struct Stored {
     vehicle: String,
     column: String,
     name: String,
-    /// Mean square of the changes of the mean, less what sampling adds, over the square of the mean.
+    /// Mean square of the changes of the mean, less what sampling adds, over the square of the
+    /// mean.
     square: f64,
 }
 
@@ -82,8 +83,8 @@ fn stored() -> impl Iterator<Item = Stored> {
     reader.into_deserialize().map(|row| row.expect("a table of the program"))
 }
 
-/// Effect of the judged numbers of a study with this hash; none where all of them have been replaced.
-/// Of a study that says nothing of its numbers nothing is known.
+/// Effect of the judged numbers of a study with this hash; none where all of them have been
+/// replaced. Of a study that says nothing of its numbers nothing is known.
 pub(super) fn of(judged: &Judged, study_hash: &str, on_routes: bool) -> Option<JudgedDoubt> {
     let entries = judged.numbers.len();
     let replaced = entries == 0 && judged.study.is_some();

@@ -1,9 +1,9 @@
 //! Judged numbers between and beyond the ends of their ranges, several entries at a time.
 //!
-//! A place of 0 is what was judged, −1 and 1 are the ends; beyond an end a number goes on as before it.
-//! Positive numbers move by a factor, as those do that are judged as a half to twice as much; shares
-//! and what reaches zero move by an amount. Numbers that are nowhere below zero in the range stay so,
-//! whole numbers stay whole.
+//! A place of 0 is what was judged, −1 and 1 are the ends; beyond an end a number goes on as before
+//! it. Positive numbers move by a factor, as those do that are judged as a half to twice as much;
+//! shares and what reaches zero move by an amount. Numbers that are nowhere below zero in the range
+//! stay so, whole numbers stay whole.
 
 use super::error::StudyFileError;
 use super::judged::{JudgedKey, JudgedNumbers};

@@ -108,8 +108,8 @@ impl LoadedStudy {
         &self.judged.replaced
     }
 
-    /// Effect of the judged numbers on the mean consumption, as far as it is known without driving; none
-    /// where all of them have been replaced.
+    /// Effect of the judged numbers on the mean consumption, as far as it is known without driving;
+    /// none where all of them have been replaced.
     pub fn judged_doubt(&self) -> Option<JudgedDoubt> {
         let on_routes = !self.model.mission.routes.is_empty();
         judged_effect::of(&self.judged, &study_hash(&self.model), on_routes)
@@ -131,8 +131,8 @@ impl LoadedStudy {
         &self.files
     }
 
-    /// Warnings of checks: of unusual numbers, of what is not used of another program's vehicle, and
-    /// of the files of its routes.
+    /// Warnings of checks: of unusual numbers, of what is not used of another program's vehicle,
+    /// and of the files of its routes.
     pub fn warnings(&self) -> Vec<String> {
         let numbers = study_value::judge(&self.model);
         let mut warnings: Vec<String> = numbers.iter().map(Finding::to_string).collect();
@@ -159,9 +159,9 @@ impl LoadedStudy {
         let [way_m, sign_mps, legal_mps] = self.study.operating_cycle().above_law()?;
         let [sign_kmh, legal_kmh] = [sign_mps, legal_mps].map(|mps| 3.6 * mps);
         Some(format!(
-            "limits of up to {sign_kmh:.0} km/h on {:.1} km of the given roads are above what the law \
-             lets a {} drive there, {legal_kmh:.0} km/h, which holds: `vehicle.class` is the class, \
-             `road.types` has its limits [limit-above-class]",
+            "limits of up to {sign_kmh:.0} km/h on {:.1} km of the given roads are above what the \
+             law lets a {} drive there, {legal_kmh:.0} km/h, which holds: `vehicle.class` is the \
+             class, `road.types` has its limits [limit-above-class]",
             way_m / 1000.0,
             self.model.vehicle.class
         ))
@@ -175,9 +175,9 @@ impl LoadedStudy {
         finish(self.own.clone(), self.files.clone(), sets, self.origin.clone())
     }
 
-    /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read_route`]
-    /// reads them. A file that the study lists under `mission.routes` keeps its weight, others weigh
-    /// 1; `keep` is what they all keep.
+    /// The study on given routes instead of its own roads: files as
+    /// [`crate::given_cycle::read_route`] reads them. A file that the study lists under
+    /// `mission.routes` keeps its weight, others weigh 1; `keep` is what they all keep.
     ///
     /// # Errors
     /// [`StudyFileError`] says what is wrong with which file.
@@ -219,8 +219,8 @@ impl LoadedStudy {
         self
     }
 
-    /// The study on one given cycle, which was made from a file that is not itself a route; `keep` is
-    /// what is taken from it instead of being drawn.
+    /// The study on one given cycle, which was made from a file that is not itself a route; `keep`
+    /// is what is taken from it instead of being drawn.
     ///
     /// # Errors
     /// As [`LoadedStudy::on_routes`].

@@ -27,7 +27,7 @@ pub(super) struct Node {
     pub(super) key_place: Option<Place>,
 }
 
-/// What a [`Node`] holds.
+/// Content of a [`Node`].
 #[derive(Clone, Debug)]
 pub(super) enum Content {
     Table(BTreeMap<String, Node>),
@@ -107,7 +107,7 @@ impl Node {
         }
     }
 
-    /// What a table or a list holds, each with the step that leads to it.
+    /// Children of a table or a list, each with the step that leads to it.
     pub(super) fn children(&self) -> Vec<(Step, &Self)> {
         match &self.content {
             Content::Table(entries) => {
@@ -273,7 +273,7 @@ struct Text<'a> {
 }
 
 impl Text<'_> {
-    /// What is not TOML: at its place, or in the whole of what was parsed.
+    /// Fault of a text that is not TOML: at its place, or in the whole of what was parsed.
     fn syntax(&self, error: &toml::de::Error, whole: Range<usize>) -> Box<Fault> {
         let place = self.place(error.span().unwrap_or(whole));
         let fault = Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(&place));

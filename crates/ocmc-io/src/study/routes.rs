@@ -85,7 +85,7 @@ fn checked_hash(
     }
 }
 
-/// What is wrong with the file of a route.
+/// Fault of the file of a route.
 pub(super) fn fault(error: &TableError) -> Box<error::Fault> {
     let mut fault = error::Fault::new(Cause::File(error.to_string()));
     fault.help = error.help().map(str::to_owned);

@@ -28,8 +28,8 @@ pub fn schema() -> Value {
             over those of the file.",
         "items": {
             "type": "object",
-            "description": "A group of trucks, with tables of a study that differ from those of the \
-                file.",
+            "description": "A group of trucks, with tables of a study that differ from those of \
+                            the file.",
             "properties": {
                 "name": { "type": "string", "description": "Name of the group." },
                 "trucks": {
@@ -38,8 +38,8 @@ pub fn schema() -> Value {
                 },
                 "study": {
                     "type": "string",
-                    "description": "A built-in study or a file, whose keys hold in place of those of \
-                        the file's base."
+                    "description": "A built-in study or a file, whose keys hold in place of those \
+                                    of the file's base."
                 }
             },
             "required": ["name", "trucks"]

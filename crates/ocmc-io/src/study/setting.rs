@@ -84,7 +84,8 @@ pub fn value_of(setting: &str) -> Result<serde_json::Value, StudyFileError> {
 /// ```
 /// use ocmc_io::study::alternatives;
 /// let (key, values) = alternatives("a.b=[1, 2], \"x,y\", z")?;
-/// assert_eq!((key.as_str(), values), ("a.b", ["[1, 2]", "\"x,y\"", "z"].map(String::from).into()));
+/// assert_eq!(key, "a.b");
+/// assert_eq!(values, ["[1, 2]", "\"x,y\"", "z"]);
 /// # Ok::<(), ocmc_io::study::StudyFileError>(())
 /// ```
 ///

@@ -10,7 +10,7 @@ const SHOWN_CHARACTERS: usize = 120;
 /// A text that keys come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// What kind of text it is.
+    /// Kind of the text.
     pub kind: SourceKind,
     /// Its name: a path, the name of a built-in, or the argument itself.
     pub name: String,

@@ -63,7 +63,9 @@ fn coast_down(test: &CoastDown) -> Result<Value, &'static str> {
     }
     let (drag_area_m2, rolling) = test.resistance();
     // one axle of exponent 1 has the coefficient of the test at every load
-    let axle = json!({ "load_share": 1.0, "iso_rolling_coefficient": rolling, "iso_load_n": 10_000.0, "tyres": 4 });
+    let axle = json!({
+        "load_share": 1.0, "iso_rolling_coefficient": rolling, "iso_load_n": 10_000.0, "tyres": 4
+    });
     Ok(json!({ "drag_area_m2": drag_area_m2, "axles": [axle], "rolling_load_exponent": 1.0 }))
 }
 

@@ -135,7 +135,7 @@ fn add_facts<W: Write>(
     Ok(())
 }
 
-/// Which judged numbers do most.
+/// Judged numbers with the largest effects.
 fn of_judged(judged: &JudgedMean) -> String {
     match &judged.doubt.stored {
         Some(stored) => {

@@ -32,7 +32,8 @@ enum State<W: Write + Seek> {
 }
 
 impl<'a, W: Write + Seek> Records<'a, W> {
-    /// Of a workbook that begins with it. `file` is where it is written, `rows` how many will come.
+    /// Sheet of records of a workbook that begins with it. `file` is where it is written, `rows`
+    /// how many will come.
     pub(super) fn new(file: &'a Path, out: W, rows: u64) -> Self {
         Self { file, state: State::New(Package::new(out)), schema: schema(), rows }
     }

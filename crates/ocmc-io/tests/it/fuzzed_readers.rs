@@ -65,7 +65,7 @@ impl Numbers {
     }
 }
 
-/// What stands in place of a piece of text.
+/// Replacements for a piece of text.
 const PIECES: [&str; 28] = [
     "",
     "0",
@@ -193,7 +193,7 @@ fn run(directory: &Path, format: RecordFormat, is_whole: bool) {
     }
 }
 
-/// What a reader reads: valid files, each with its name.
+/// Seeds of a reader: valid files, each with its name.
 type Seeds = Vec<(&'static str, Vec<u8>)>;
 
 /// Whether the name of a file says that it is compressed so.
@@ -505,8 +505,10 @@ fn workbook() -> Vec<u8> {
         (
             "xl/workbook.xml",
             format!(
-                "<workbook xmlns=\"{space}spreadsheetml/2006/main\" xmlns:r=\"{space}officeDocument/\
-                 2006/relationships\"><sheets><sheet name=\"log\" sheetId=\"1\" r:id=\"rId1\"/></sheets>\
+                "<workbook xmlns=\"{space}spreadsheetml/2006/main\" \
+                 xmlns:r=\"{space}officeDocument/\
+                 2006/relationships\"><sheets><sheet name=\"log\" sheetId=\"1\" \
+                 r:id=\"rId1\"/></sheets>\
                  </workbook>"
             ),
         ),

@@ -229,7 +229,7 @@ fn the_page_of_the_trace_has_its_columns() {
     assert_eq!(shown, all);
 }
 
-/// What the default values rest on, by path: the tags of the comments of `ocmc study init`.
+/// Sources of the default values, by path: the tags of the comments of `ocmc study init`.
 fn standings() -> BTreeMap<String, String> {
     let (mut standings, mut table, mut above) = (BTreeMap::new(), String::new(), String::new());
     for line in init_text().lines() {

@@ -45,8 +45,8 @@ const BLOCKS: [[Event; 2]; DRIVERS] = {
 /// effects of treatments, Australian Journal of Scientific Research A 2, 149-168.
 const FIRST_ROW: [usize; DRIVERS] = [0, 1, 7, 2, 6, 3, 5, 4];
 
-/// Which drivers meet the events of a block in the other order: those with an odd number of bits in
-/// common with this. Each of the numbers 1 to 7 divides eight drivers into halves.
+/// Masks of the drivers who meet the events of a block in the other order: those with an odd number
+/// of bits in common with this. Each of the numbers 1 to 7 divides eight drivers into halves.
 const TURNED: [usize; DRIVERS] = [1, 2, 0, 3, 4, 0, 5, 6];
 
 fn blocks(driver: usize) -> [usize; DRIVERS] {
@@ -85,7 +85,8 @@ fn route(driver: usize) -> String {
     altitudes.push((at_m - GAP_M + RUN_OUT_M, altitude_m));
     altitudes.dedup();
     let mut text = format!(
-        "# Route {} of {DRIVERS} of the driving simulator: all events of the paper's Table I; see simulator-study.toml\n\
+        "# Route {} of {DRIVERS} of the driving simulator: all events of the paper's Table I; see \
+         simulator-study.toml\n\
          track,rule,position_m,value\nroad_type,constant,0,rural\n",
         driver + 1
     );

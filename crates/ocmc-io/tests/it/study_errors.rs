@@ -1,4 +1,4 @@
-//! What a user reads when a study is wrong: the place, the key, the value, what is allowed, the
+//! Messages to a user when a study is wrong: the place, the key, the value, the allowed values, the
 //! nearest name.
 
 use ocmc_io::study::{self, Cause, StudyFileError};
@@ -246,7 +246,8 @@ fn keys_that_do_not_fit_together_say_what_would() {
         assert_says(line, &[message]);
     }
     // a law draws some stops nearer than that: they are put there, and the study is none the worse
-    let stops = "mission.stops = { spacing_m = { distribution = \"exponential\", mean = 2000 }, dwell_s = 5 }";
+    let stops = "mission.stops = { spacing_m = { distribution = \"exponential\", mean = 2000 }, \
+                 dwell_s = 5 }";
     let text = format!("study.base = \"field-truck\"\n{stops}\n");
     assert!(study::load_text::<&str>("mine.toml", &text, &[]).is_ok());
     // a road that goes up to where it may
@@ -457,7 +458,10 @@ fn a_wrong_dictionary_names_the_key() {
         let error = study::load_json::<&str>(&dictionary, &[]).expect_err(message).to_string();
         assert!(error.contains(message), "`{message}` is not in:\n{error}");
     };
-    let mission = |mission: serde_json::Value| serde_json::json!({ "study": { "base": "field-truck" }, "mission": mission });
+    let mission = |mission: serde_json::Value| {
+        let study = serde_json::json!({ "base": "field-truck" });
+        serde_json::json!({ "study": study, "mission": mission })
+    };
     assert_says(
         mission(serde_json::json!({ "length_m": null })),
         "`mission.length_m` is null or nan",

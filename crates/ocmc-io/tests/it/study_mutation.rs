@@ -35,9 +35,10 @@ enum Change {
 const VALUES: &str = "nan|inf|-inf|1e400|-1e308|1e-300|0|-1|0.0|1|2.5|1e9|99999999999999999999|0x7f\
     |true|\"word\"|\"table\"|\\[\\]|\\{\\}|\\[1, 2\\]|1979-05-27|\\[\\[1\\]\\]|\\[nan\\]";
 /// Laws, right and wrong.
-const LAWS: &str = "\\{ distribution = \"(normal|log_normal|uniform|beta|gamma|mixture|empirical|wrong)\", \
-    (mean|median|lower|alpha|values|components) = (1|-1|\\[\\]|\\[1, 2\\]|1e300), \
-    (sd|log_sd|upper|shape|weights) = (0.1|0|-1|\\[1\\]|5) \\}";
+const LAWS: &str = "\\{ distribution = \
+                    \"(normal|log_normal|uniform|beta|gamma|mixture|empirical|wrong)\", \
+                    (mean|median|lower|alpha|values|components) = (1|-1|\\[\\]|\\[1, 2\\]|1e300), \
+                    (sd|log_sd|upper|shape|weights) = (0.1|0|-1|\\[1\\]|5) \\}";
 
 fn change() -> impl Strategy<Value = Change> {
     let at = 0_usize..40_000;
@@ -97,7 +98,9 @@ fn judge(text: &str) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 300, failure_persistence: None, ..ProptestConfig::default()
+    })]
 
     #[test]
     fn a_changed_complete_study_never_panics(changes in prop::collection::vec(change(), 1..4)) {

@@ -10,7 +10,7 @@ fn schema(what: &str) -> &'static Schema {
     SCHEMAS.into_iter().find(|schema| schema.what == what).expect(what)
 }
 
-/// What a column of this name is, and how many SI units one of its numbers is.
+/// Quantity in a column of this name, and how many SI units one of its numbers is.
 fn understood(schema: &'static Schema, name: &str) -> Option<(Q, f64)> {
     let text = format!("{name},other\n1,1\n");
     let table = Table::open(Source::Text(Path::new("t.csv"), &text), schema, &[]).expect(name);

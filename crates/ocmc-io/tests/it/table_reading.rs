@@ -63,8 +63,7 @@ fn what_is_wrong_is_said_with_its_place() {
     }
 }
 
-/// What is no drive in its first rows is not read to its end: what is wrong further down is not
-/// met.
+/// Reading ends at first rows that are no drive: a fault further down is not met.
 #[test]
 fn what_stands_still_is_not_read_to_its_end() {
     let path = Path::new("t.csv");
@@ -84,7 +83,8 @@ fn what_stands_still_is_not_read_to_its_end() {
 
 #[test]
 fn descriptions_of_others_are_understood() {
-    let text = "  # made by hand\n n [U/min];Mfull [Nm];<PT1> [s];Mdrag\n560;1180;0.6;-1\n \n # x\n600; 1282 ;0.6;-2\n";
+    let text = "  # made by hand\n n [U/min];Mfull [Nm];<PT1> [s];Mdrag\n560;1180;0.6;-1\n \n # x\n\
+                600; 1282 ;0.6;-2\n";
     let table = open(&ENGINE_CURVES, text, &[]).unwrap();
     let mut places = Vec::new();
     table

@@ -16,7 +16,7 @@ use std::path::Path;
 
 /// Step of the grid over distance on which speeds are compared, in m.
 const GRID_M: f64 = 1.0;
-/// What a truck may lack of VECTO's distance and still cover the mission, in m: half a second of
+/// Distance that a truck may lack of VECTO's and still cover the mission, in m: half a second of
 /// travel.
 const SHORT_M: f64 = 10.0;
 

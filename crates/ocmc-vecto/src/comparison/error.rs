@@ -23,18 +23,21 @@ pub enum ComparisonError {
     Plan(DriveCycleError),
     /// A job where no files are allowed.
     #[error(
-        "`{}` is a job, which names files, and --no-files allows none; allowed is the name of a built-in vehicle",
+        "`{}` is a job, which names files, and --no-files allows none; allowed is the name of a \
+         built-in vehicle",
         .0.display()
     )]
     Refused(PathBuf),
     /// No result to compare with.
     #[error(
-        "there is no result of VECTO to compare with: give time series or sums (`--result FILE.vmod`), or put time series beside the job, whose name theirs begin with"
+        "there is no result of VECTO to compare with: give time series or sums (`--result \
+         FILE.vmod`), or put time series beside the job, whose name theirs begin with"
     )]
     NoResult,
     /// A result whose mission is not among those given.
     #[error(
-        "`{}` belongs to none of the missions by its name: the name of a mission's file is part of it",
+        "`{}` belongs to none of the missions by its name: the name of a mission's file is part of \
+         it",
         .0.display()
     )]
     Mission(PathBuf),
@@ -54,7 +57,8 @@ pub enum ComparisonError {
     },
     /// A result on an even road of a job without a mass.
     #[error(
-        "`{}` does not show the truck's mass, and the job does not say it: it was saved in declaration mode, and the road is even",
+        "`{}` does not show the truck's mass, and the job does not say it: it was saved in \
+         declaration mode, and the road is even",
         .0.display()
     )]
     Mass(PathBuf),
@@ -63,9 +67,9 @@ pub enum ComparisonError {
         "the truck of the result weighs {gross_mass_kg} kg, the empty one of the files {curb_kg} kg"
     )]
     TooLight {
-        /// Of the result, in kg.
+        /// Gross mass of the result, in kg.
         gross_mass_kg: f64,
-        /// Of the files, in kg.
+        /// Curb mass of the files, in kg.
         curb_kg: f64,
     },
     /// An electric vehicle beside a truck of VECTO.

@@ -1,4 +1,4 @@
-//! Which result of VECTO belongs to which mission, and what it says of load and auxiliaries.
+//! Matching of VECTO's results to missions, and their load and auxiliaries.
 
 use super::error::ComparisonError;
 use crate::file::{Job, Series, Sum, read_series, read_sums};
@@ -18,7 +18,7 @@ pub(super) struct Case {
     pub(super) result: Result,
 }
 
-/// What VECTO found.
+/// Result of VECTO.
 #[derive(Clone, Debug)]
 pub(super) enum Result {
     Series(PathBuf, Series),

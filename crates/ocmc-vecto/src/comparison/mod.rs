@@ -21,14 +21,14 @@ use serde::Serialize;
 use std::path::PathBuf;
 use truck::ComparedTruck;
 
-/// What is compared.
+/// Request of a comparison with VECTO.
 #[derive(Clone, Debug)]
 pub struct VectoRequest {
     /// The truck.
     pub truck: VectoTruck,
     /// Missions (`.vdri`).
     pub missions: Vec<PathBuf>,
-    /// What VECTO found (`.vmod`, `.vsum`); those beside the job where none is given.
+    /// Files of VECTO's results (`.vmod`, `.vsum`); those beside the job where none is given.
     pub results: Vec<PathBuf>,
     /// Values of the truck's study that are replaced, each as `KEY=VALUE`.
     pub sets: Vec<String>,
@@ -55,11 +55,11 @@ pub struct VectoComparison {
     pub gross_mass_kg: f64,
     /// Power of the auxiliaries, in W.
     pub auxiliary_power_w: f64,
-    /// What VECTO found.
+    /// Results of VECTO.
     pub vecto: Terms,
-    /// What is computed here.
+    /// Runs that are computed here.
     pub runs: Vec<VectoRun>,
-    /// What differs in the fuel on VECTO's speed with its gears; absent without a time series.
+    /// Difference in the fuel on VECTO's speed with its gears; absent without a time series.
     pub attribution: Option<Attribution>,
 }
 
@@ -79,7 +79,7 @@ pub struct Attribution {
     pub brakes: f64,
     /// The map: our fuel at VECTO's speeds and torques of the engine.
     pub engine_map: f64,
-    /// What is left: slopes, gaps, idling, and that an energy is not always worth the same.
+    /// Rest: slopes, gaps, idling, and that an energy is not always worth the same.
     pub rest: f64,
     /// Their sum: the difference with VECTO's gears.
     pub with_its_gears: f64,
@@ -117,7 +117,7 @@ impl Attribution {
 pub struct VectoRun {
     /// How it was driven.
     pub driven: String,
-    /// What it took.
+    /// Terms of the run.
     pub terms: Terms,
     /// How its speed lies to VECTO's; absent where it is VECTO's, or not known.
     pub speed: Option<SpeedMatch>,

@@ -1,4 +1,4 @@
-//! What is compared: times, shifts, fuel, and energies by term.
+//! Terms that are compared: times, shifts, fuel, and energies by term.
 
 use crate::file::{Series, Sum};
 use ocmc_core::energy::Carrier;
@@ -10,7 +10,7 @@ use serde::Serialize;
 /// One second of a time series.
 const SECOND_S: f64 = 1.0;
 
-/// What a truck took on a mission. Energies in J.
+/// Terms of a truck on a mission. Energies in J.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Terms {
     /// Duration, in s.
@@ -27,15 +27,15 @@ pub struct Terms {
     pub grade_j: Option<f64>,
     /// Positive work at the wheels; absent where it is not known.
     pub wheel_j: Option<f64>,
-    /// Of the brakes.
+    /// Energy of the brakes.
     pub brake_j: f64,
     /// Lost in gearbox, axle and retarder.
     pub transmission_j: f64,
-    /// What the retarder has of it; absent where it is not known.
+    /// Part of the retarder in it; absent where it is not known.
     pub retarder_j: Option<f64>,
-    /// Of the auxiliaries.
+    /// Energy of the auxiliaries.
     pub auxiliary_j: f64,
-    /// Of the engine, where it is positive; absent where it is not known.
+    /// Energy of the engine, where it is positive; absent where it is not known.
     pub engine_j: Option<f64>,
     /// Fuel, in kg.
     pub fuel_kg: f64,
@@ -62,7 +62,7 @@ pub const TABLE: [TermOf; 13] = [
 ];
 
 impl Terms {
-    /// Of a followed cycle.
+    /// Terms of a followed cycle.
     pub(super) fn followed(
         sum: &FollowedCycle,
         n_shifts: u32,
@@ -87,7 +87,7 @@ impl Terms {
         }
     }
 
-    /// Of a time series of VECTO.
+    /// Terms of a time series of VECTO.
     pub(super) fn series(series: &Series) -> Self {
         let of = |value: fn(&crate::file::Second) -> f64| {
             series.seconds.iter().map(value).map(|x| x * SECOND_S).sum::<f64>()
@@ -116,7 +116,7 @@ impl Terms {
         }
     }
 
-    /// Of a driven cycle.
+    /// Terms of a driven cycle.
     pub(super) fn record(record: &Record) -> Self {
         Self {
             duration_s: record.duration_s,
@@ -135,7 +135,7 @@ impl Terms {
         }
     }
 
-    /// Of a row of sums of VECTO.
+    /// Terms of a row of sums of VECTO.
     pub(super) fn sum(sum: &Sum) -> Self {
         Self {
             duration_s: sum.time_s,

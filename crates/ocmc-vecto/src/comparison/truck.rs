@@ -31,7 +31,7 @@ pub enum VectoTruck {
 }
 
 impl VectoTruck {
-    /// Of a name: `.vecto` is a job, all else a vehicle of ours.
+    /// Truck by its name: `.vecto` is a job, all else a vehicle of ours.
     pub fn named(name: &str) -> Self {
         let path = PathBuf::from(name);
         let is_job = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vecto"));
@@ -129,7 +129,7 @@ impl ComparedTruck {
         Ok(series.seconds.iter().map(burnt).sum())
     }
 
-    /// What a cycle takes.
+    /// Terms of a cycle that the truck follows.
     pub(super) fn follow(
         &self,
         cycle: &DriveCycle,
@@ -183,7 +183,9 @@ impl ComparedTruck {
                 "description": "One truck and the typical driver in VECTO's air",
             },
             "vehicle": {
-                "base": request.truck.base(), "drag_area_m2": drag_area_m2, "drag_by_speed": by_speed,
+                "base": request.truck.base(),
+                "drag_area_m2": drag_area_m2,
+                "drag_by_speed": by_speed,
                 "rolling_temperature_coefficient_per_k": 0.0,
                 "auxiliary_power_w": self.auxiliary_w,
             },

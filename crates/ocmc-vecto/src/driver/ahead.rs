@@ -24,7 +24,7 @@ const MOST_RISE_MPS: f64 = 5.0;
 /// Steps of a bisection.
 const BISECTIONS: u32 = 40;
 
-/// What a driver wants of a second.
+/// Wish of a driver for a second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wish {
     /// Speed at its end, in m/s.
@@ -235,7 +235,7 @@ impl<'a> Ahead<'a> {
         low
     }
 
-    /// What is wanted of the next second.
+    /// Wish for the next second.
     pub(super) fn wish(&mut self, situation: &Situation) -> Wish {
         let Situation { way_m, speed_mps, .. } = *situation;
         let target_mps = self.target_mps(way_m + 0.5 * speed_mps);
@@ -332,8 +332,8 @@ impl<'a> Ahead<'a> {
         (0..BRAKING_PIECES).map(piece_m).sum()
     }
 
-    /// Way over which a lower speed is coasted for, in m: the energy that has to go, over a multiple
-    /// of the force of coasting.
+    /// Way over which a lower speed is coasted for, in m: the energy that has to go, over a
+    /// multiple of the force of coasting.
     fn coasting_m(&self, situation: &Situation, row: usize, end_mps: f64) -> f64 {
         let climb_m = self.altitude_m[row] - self.altitude_m(situation.way_m);
         let speeds_mps = [situation.speed_mps, end_mps];
@@ -351,7 +351,8 @@ impl<'a> Ahead<'a> {
     }
 }
 
-/// What a driver lets a truck run to where a target and a slope hold, in m/s: more downhill.
+/// Speed up to which a driver lets a truck run where a target and a slope hold, in m/s: more
+/// downhill.
 fn allowed_mps(overspeed: Option<&Overspeed>, target_mps: f64, slope: f64) -> f64 {
     let rolls = |overspeed: &&Overspeed| slope < 0.0 && target_mps > overspeed.minimum_speed_mps;
     let above = overspeed.filter(rolls);

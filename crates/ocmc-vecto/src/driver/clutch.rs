@@ -13,7 +13,7 @@ pub(super) fn slips(truck: &Truck, turns_radps: f64, wheel_w: f64, motion: &Moti
     drives && turns_radps < truck.slips_below_radps()
 }
 
-/// What is left of a chosen gear: none where the engine would stall.
+/// Gear that is left of a chosen one: none where the engine would stall.
 pub(super) fn closed_gear(
     truck: &Truck,
     gear: usize,

@@ -179,7 +179,8 @@ impl Preparation<'_> {
     }
 
     /// VECTO 2.2's window: as long as a fixed deceleration would take, not before the second behind
-    /// the target's last rise, and so short that coasting does not become slower than the ramp's end.
+    /// the target's last rise, and so short that coasting does not become slower than the ramp's
+    /// end.
     fn window_start(&self, second: usize, deceleration_mps2: f64) -> Option<usize> {
         let end_mps = self.nodes.mean_mps(second);
         let before = (0..second).rev().find(|k| !self.brakes(*k))?;

@@ -1,6 +1,6 @@
 //! The distance that is driven against that of the mission.
 
-/// What is done with the next second.
+/// Correction of the next second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Correction {
     /// It is driven.

@@ -10,7 +10,7 @@ use super::truck::{Motion, Truck};
 use super::{Plan, PlannedSecond, VectoDriver, sine};
 use ocmc_core::powertrain::GearOrder;
 
-/// What a speed is multiplied by until the engine has the power; in single precision, whose
+/// Factor by which a speed is multiplied until the engine has the power; in single precision, whose
 /// rounding shows after hundreds of steps.
 const CUT: f32 = 0.9999;
 /// Most of these steps: the speed is then a hundred-thousandth.
@@ -55,7 +55,7 @@ struct Shift {
     open_s: u32,
 }
 
-/// What is given in a second.
+/// Row of a second.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     /// Whether it is the first one.

@@ -1,10 +1,10 @@
-//! Which gear the driver wants.
+//! Choice of the gear by the driver.
 
 use super::VectoDriver;
 use super::polygon::ShiftPolygons;
 use super::truck::{Motion, Truck};
 
-/// What the choice remembers of the seconds before.
+/// Memory of the gear choice: the seconds before.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GearMemory {
     /// Gear of the last second; none at rest and with an open clutch.
@@ -56,8 +56,8 @@ impl<'a> GearChoice<'a> {
         self.polygons.of(gear).up.at_radps(torque_nm)
     }
 
-    /// What a gear takes of the engine, by mean efficiencies and within the engine's limits; an
-    /// engine that is slowed from another speed gives its energy back.
+    /// Load of a gear on the engine, by mean efficiencies and within the engine's limits; an engine
+    /// that is slowed from another speed gives its energy back.
     fn load(&self, gear: usize, motion: &Motion, last_radps: Option<f64>) -> Load {
         let truck = self.truck;
         let speed_radps = truck.speed_radps(gear, motion.speed_mps);

@@ -32,7 +32,7 @@ pub struct Mission {
     rows: Vec<MissionRow>,
 }
 
-/// What a driver without limits but those of braking has at each whole second.
+/// Nodes at each whole second of a driver without limits but those of braking.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Nodes {
     /// Places along the mission, in m.

@@ -5,9 +5,9 @@
 //! speed. VECTO 2.2's driver: first the mission becomes the nodes of a driver without limits but
 //! those of braking (`mission.rs`), then overspeed and look-ahead coasting change them
 //! (`coasting.rs`), then the truck drives along them, second by second, with acceleration, full
-//! load, gears and gaps (`drive.rs`, `gears.rs`), and seconds are repeated or left out so that places
-//! stay those of the mission. VECTO 3's decides each second from where the truck is (`ahead.rs`).
-//! Road forces, losses and curves are those of the core.
+//! load, gears and gaps (`drive.rs`, `gears.rs`), and seconds are repeated or left out so that
+//! places stay those of the mission. VECTO 3's decides each second from where the truck is
+//! (`ahead.rs`). Road forces, losses and curves are those of the core.
 //!
 //! What was found by reading VECTO, and what it reproduces, is in
 //! `docs/decisions/2026-11-23-how-vecto-computes.md`.
@@ -32,7 +32,7 @@ use ocmc_core::powertrain::combustion::CombustionPowertrain;
 use ocmc_core::prescribed::{Body, DriveCycle, DriveCycleError};
 use thiserror::Error;
 
-/// What is wrong with a mission.
+/// Error of a mission.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum VectoError {
     /// Too few rows.
@@ -46,7 +46,7 @@ pub enum VectoError {
     Range {
         /// Number of the row, from 1.
         row: usize,
-        /// What it is.
+        /// Name of the value.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -85,7 +85,7 @@ impl AccelerationTable {
 pub enum LookAhead {
     /// VECTO 2.2: the window in which it may begin is that of a fixed deceleration.
     Window {
-        /// That deceleration (negative), in m/s².
+        /// Deceleration there (negative), in m/s².
         deceleration_mps2: f64,
         /// Least speed, in m/s.
         minimum_speed_mps: f64,
@@ -173,7 +173,7 @@ pub struct PlannedSecond {
     pub auxiliary_w: f64,
 }
 
-/// What the driver does in each second.
+/// Plan of the driver for each second.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Speeds a second apart, one more than seconds, in m/s.

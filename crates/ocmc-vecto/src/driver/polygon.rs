@@ -33,13 +33,13 @@ pub struct ShiftPolygon {
 pub(super) struct ShiftPolygons(Vec<ShiftPolygon>);
 
 impl ShiftPolygons {
-    /// Those that are given; the generic one where there is none.
+    /// Polygons that are given; the generic one where there is none.
     pub(super) fn new(given: &[ShiftPolygon], powertrain: &CombustionPowertrain) -> Self {
         let generic = given.is_empty().then(|| ShiftPolygon::generic(powertrain));
         Self(given.iter().cloned().chain(generic).collect())
     }
 
-    /// Of a gear; the last one holds for all that follow.
+    /// Polygon of a gear; the last one holds for all that follow.
     pub(super) fn of(&self, gear: usize) -> &ShiftPolygon {
         &self.0[gear.min(self.0.len() - 1)]
     }
@@ -64,7 +64,8 @@ impl ShiftLine {
 }
 
 impl ShiftPolygon {
-    /// What VECTO takes in declaration mode, where no polygon is given: from the full load alone.
+    /// Polygon that VECTO takes in declaration mode, where no polygon is given: from the full load
+    /// alone.
     pub fn generic(powertrain: &CombustionPowertrain) -> Self {
         let model = &powertrain.engine_model;
         let idle = model.idle_speed_radps;

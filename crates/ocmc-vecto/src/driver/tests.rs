@@ -160,8 +160,8 @@ fn looking_ahead_coasts_before_the_ramp() {
     assert!(two <= without && three + 3 < without, "{without} {two} {three}");
 }
 
-/// Before a stop far ahead the whole coasting is in the gear that the truck had before it: the nodes
-/// that it has lowered already do not change the gear of the seconds to come.
+/// Before a stop far ahead the whole coasting is in the gear that the truck had before it: the
+/// nodes that it has lowered already do not change the gear of the seconds to come.
 #[test]
 fn coasting_to_a_stop_stays_in_the_gear_in_which_the_truck_came() {
     let (powertrain, body) = (powertrain(), body(30_000.0));

@@ -262,8 +262,8 @@ impl<'a> Truck<'a> {
         losses.wheel_and_lost_n(&gears[gear], speed_mps, torque_nm)[0]
     }
 
-    /// What has to go between two speeds in m/s and a climb in m, and what coasting on the level
-    /// takes: air by the mean of the squares of the speeds, the engine at the first one.
+    /// Energy that has to go between two speeds in m/s and a climb in m, and force of coasting on
+    /// the level: air by the mean of the squares of the speeds, the engine at the first one.
     pub(super) fn slowing(
         &self,
         gear: Option<usize>,
@@ -281,7 +281,7 @@ impl<'a> Truck<'a> {
     }
 }
 
-/// What slowing takes.
+/// Energies of slowing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slowing {
     /// Energy that has to go, in J.

@@ -72,14 +72,15 @@ pub(super) fn of_job(body: &JobBody, path: &Path) -> Result<VectoDriver, VectoEr
     Ok(VectoDriver { look_ahead, overspeed, ..VectoDriver::new(accelerations) })
 }
 
-/// Whether a table of accelerations is that of trucks which VECTO 3 takes where there is no such file.
+/// Whether a table of accelerations is that of trucks which VECTO 3 takes where there is no such
+/// file.
 fn is_vectos_own(vacc: &str) -> bool {
     let name = vacc.rsplit(['/', '\\']).next().unwrap_or(vacc);
     ["truck", "truck.vacc"].contains(&name.trim().to_lowercase().as_str())
 }
 
-/// How long a driver waits with a shift in the other direction where the gearbox does not say it, in
-/// s: VECTO 2.2's does not wait.
+/// How long a driver waits with a shift in the other direction where the gearbox does not say it,
+/// in s: VECTO 2.2's does not wait.
 pub(super) fn opposite_shift_time_s(driver: &VectoDriver) -> f64 {
     match driver.look_ahead {
         Some(LookAhead::DecisionFactor { .. }) => OPPOSITE_S,

@@ -24,16 +24,16 @@ pub enum VectoError {
         /// The name.
         name: String,
     },
-    /// What VECTO has and is not computed here.
+    /// Part of VECTO that is not computed here.
     #[error("`{}`: {what} is {found}; {allowed}", .path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Name of the part.
         what: &'static str,
-        /// What the file says.
+        /// Value in the file.
         found: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: &'static str,
     },
     /// A mission that is none.
@@ -56,7 +56,7 @@ pub enum VectoError {
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// What is wrong.
+        /// Fault of the row.
         problem: String,
     },
 }

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// What VECTO writes where there is no file.
+/// Texts that VECTO writes where there is no file.
 const NO_FILE: [&str; 3] = ["", "-", "<NOFILE>"];
 
 /// A JSON file of VECTO: its contents are under `Body`.

@@ -1,4 +1,4 @@
-//! What VECTO found: time series by the second, and sums.
+//! Results of VECTO: time series by the second, and sums.
 
 use super::error::VectoError;
 use ocmc_io::table::source::read_text;
@@ -124,9 +124,9 @@ pub struct Second {
     pub auxiliary_w: f64,
     /// Power of the engine, in W.
     pub engine_w: f64,
-    /// What gearbox, axle and retarder lose, in W.
+    /// Loss of gearbox, axle and retarder, in W.
     pub lost_w: f64,
-    /// What the retarder has of it, in W.
+    /// Part of the retarder in it, in W.
     pub retarder_w: f64,
     /// Against the air, the tyres and gravity, in W.
     pub drag_w: f64,
@@ -136,7 +136,7 @@ pub struct Second {
     pub grade_w: f64,
     /// At the wheels, in W.
     pub wheel_w: f64,
-    /// Of the brakes, in W; negative.
+    /// Power of the brakes, in W; negative.
     pub brake_w: f64,
     /// Fuel, in kg/s.
     pub fuel_kgps: f64,
@@ -217,15 +217,15 @@ pub struct Sum {
     pub air_j: f64,
     /// Against the tyres.
     pub rolling_j: f64,
-    /// Of the brakes.
+    /// Energy of the brakes, in J.
     pub brake_j: f64,
-    /// Of the auxiliaries.
+    /// Energy of the auxiliaries, in J.
     pub auxiliary_j: f64,
     /// Lost in gearbox and axle.
     pub gearbox_axle_j: f64,
     /// Lost in the retarder.
     pub retarder_j: f64,
-    /// Of the engine, where it is positive.
+    /// Energy of the engine, where it is positive, in J.
     pub engine_j: f64,
 }
 

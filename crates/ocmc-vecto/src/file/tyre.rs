@@ -1,7 +1,7 @@
 //! The dynamic radius of a tyre by its size, as VECTO's declaration mode has it.
 
-/// Sizes of tyres of trucks, without blanks: diameter in mm, and the factor that makes it the way of
-/// a turn [F: VECTO 3, `Declaration/Wheels.csv`].
+/// Sizes of tyres of trucks, without blanks: diameter in mm, and the factor that makes it the way
+/// of a turn [F: VECTO 3, `Declaration/Wheels.csv`].
 const SIZES: [(&str, f64, f64); 48] = [
     ("9.00R20", 1018.0, 3.05),
     ("9R22.5", 970.0, 3.05),

@@ -25,7 +25,7 @@ pub(super) struct VehicleFile {
     loading: f64,
     #[serde(rename = "CdA")]
     cda: Option<f64>,
-    /// Of older files: coefficient and area apart.
+    /// Drag coefficient of older files, which state coefficient and area apart.
     #[serde(rename = "Cd")]
     cd: Option<f64>,
     cross_sec_area: Option<f64>,
@@ -117,9 +117,9 @@ const TRAILER_KG: f64 = 7500.0;
 /// Shares of the axles of a tractor with it on long haul [F: the same, segment table].
 const DECLARED_SHARES: [f64; 5] = [0.2, 0.25, 0.55 / 3.0, 0.55 / 3.0, 0.55 / 3.0];
 
-/// A rigid truck of the declaration mode on its missions without a trailer [F: VECTO 3, segment table
-/// and weights of bodies]: its axles, its mass in t up to which it holds, shares of the axles, and the
-/// mass of its body in kg.
+/// A rigid truck of the declaration mode on its missions without a trailer [F: VECTO 3, segment
+/// table and weights of bodies]: its axles, its mass in t up to which it holds, shares of the
+/// axles, and the mass of its body in kg.
 const DECLARED_RIGIDS: [(&str, f64, &[f64], f64); 7] = [
     ("4x2", 7.5, &[0.45, 0.55], 1600.0),
     ("4x2", 10.0, &[0.45, 0.55], 1600.0),
@@ -151,7 +151,8 @@ impl VehicleFile {
         Ok(vehicle)
     }
 
-    /// Whether it is one of the declaration mode; where it does not say so: without shares of axles.
+    /// Whether it is one of the declaration mode; where it does not say so: without shares of
+    /// axles.
     fn is_declared(&self) -> bool {
         let shares: f64 = self.axle_config.axles.iter().map(|axle| axle.weight_share).sum();
         self.saved_in_decl_mode.unwrap_or(shares == 0.0)
@@ -187,19 +188,19 @@ impl VehicleFile {
         };
         let kind = self.veh_cat.to_lowercase();
         if kind.contains("bus") && !BUSES.contains(&kind.as_str()) {
-            let allowed = "allowed are `Tractor`, `RigidTruck`, `CityBus`, `InterurbanBus` and `Coach`; \
-                           buses in stages are not computed";
+            let allowed = "allowed are `Tractor`, `RigidTruck`, `CityBus`, `InterurbanBus` and \
+                           `Coach`; buses in stages are not computed";
             return refused("`VehCat`", format!("`{}`", self.veh_cat), allowed);
         }
         if !CORRECTIONS.contains(&self.correction().as_str()) {
-            let allowed = "allowed are `Off`, `CdOfVdecl` and `CdOfVeng`: give the drag area of still \
-                           air";
+            let allowed = "allowed are `Off`, `CdOfVdecl` and `CdOfVeng`: give the drag area of \
+                           still air";
             return refused("`CdCorrMode`", format!("`{}`", self.cd_corr_mode), allowed);
         }
         let shares: f64 = self.axles().iter().map(|axle| axle.weight_share).sum();
         if (shares - 1.0).abs() > 1e-3 {
-            let allowed = "allowed are shares with a sum of 1, and in declaration mode a tractor or \
-                           a rigid truck of 4x2, 6x2 or 6x4";
+            let allowed = "allowed are shares with a sum of 1, and in declaration mode a tractor \
+                           or a rigid truck of 4x2, 6x2 or 6x4";
             return refused("the sum of `AxleWeightShare`", shares.to_string(), allowed);
         }
         if self.radius_m().is_none() {
@@ -212,8 +213,8 @@ impl VehicleFile {
             return refused("`Angledrive`", found, "allowed is `None`: it is not computed");
         }
         if self.drag_area_m2().is_none() {
-            let allowed = "allowed is `CdA`, or `Cd` and `CrossSecArea`; a declared vehicle without \
-                           it has a default that is not known here";
+            let allowed = "allowed is `CdA`, or `Cd` and `CrossSecArea`; a declared vehicle \
+                           without it has a default that is not known here";
             return refused("`CdA`", "missing".to_owned(), allowed);
         }
         Ok(())

@@ -1,5 +1,5 @@
-//! Jobs of VECTO as they were published: what opens by VECTO's own rules, what is refused and why, and
-//! what is said of values that are not used.
+//! Jobs of VECTO as they were published: what opens by VECTO's own rules, what is refused and why,
+//! and what is said of values that are not used.
 
 use crate::others_data::shared;
 use ocmc_core::vehicle::VehicleModel;

@@ -1,13 +1,14 @@
-//! Trips of a truck that chain: it departs with what its depot has charged by then, its drivers go on
-//! with their clocks, and who comes back late departs late.
+//! Trips of a truck that chain: it departs with what its depot has charged by then, its drivers go
+//! on with their clocks, and who comes back late departs late.
 //!
-//! The trips of one truck are driven one after the other, those of the trucks of a range side by side:
-//! the next trip of the truck that has made the fewest goes to the lane that is free. So a record is a
-//! function of study, seed and cycle id, and of nothing else.
+//! The trips of one truck are driven one after the other, those of the trucks of a range side by
+//! side: the next trip of the truck that has made the fewest goes to the lane that is free. So a
+//! record is a function of study, seed and cycle id, and of nothing else.
 //!
-//! A truck is in its depot from its arrival to the next departure: charged, and its drivers rest. A trip
-//! that was not driven to its end ends there, too: the truck is towed. Who may drive on for less than
-//! five minutes rests first, and departs later by that rest. Weather and traffic do not wait.
+//! A truck is in its depot from its arrival to the next departure: charged, and its drivers rest. A
+//! trip that was not driven to its end ends there, too: the truck is towed. Who may drive on for
+//! less than five minutes rests first, and departs later by that rest. Weather and traffic do not
+//! wait.
 
 use super::cpu::CpuLevel;
 use super::scheduler::{Deliver, Driving, drive_tasks};
@@ -57,8 +58,8 @@ struct Truck {
     drivers: Vec<(u64, DutyClock, f64)>,
 }
 
-/// Drives the cycles of a range, each after the trips of its truck that were before it; the records come
-/// in any order. Once the flag is set there are no more.
+/// Drives the cycles of a range, each after the trips of its truck that were before it; the records
+/// come in any order. Once the flag is set there are no more.
 pub fn drive_chained(driving: Driving, draw: Draw, cycles: &Range<u64>, deliver: Deliver) {
     let Driving { study, stop, .. } = driving;
     let trips = study.nesting().trips_per_truck;

@@ -1,4 +1,4 @@
-//! Which instructions the kernel uses. The records do not depend on it.
+//! Instruction sets of the kernel. The records do not depend on them.
 //!
 //! The unit tests of this crate take the baseline at every level, so that they are compiled in half
 //! of the time; all others have every level that the CPU has.
@@ -11,7 +11,7 @@ use fearless_simd::Simd;
 /// A set of instructions that the kernel is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CpuLevel {
-    /// What every CPU of the platform has.
+    /// Instructions that every CPU of the platform has.
     Baseline,
     /// AVX2, with what x86-64-v3 has beside it.
     Avx2,
@@ -19,9 +19,9 @@ pub enum CpuLevel {
     Avx512,
 }
 
-/// What is computed with one set of instructions.
+/// Computation with one set of instructions.
 pub(super) trait SimdTask {
-    /// What it computes.
+    /// Result of the computation.
     type Answer;
 
     /// Computes it. To be inlined always, so that it is compiled for the CPU of the level.

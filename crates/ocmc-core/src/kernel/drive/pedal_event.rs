@@ -15,7 +15,7 @@ use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::study::{Scenario, Study};
 use fearless_simd::prelude::*;
 
-/// What a driver sees who sees the speed late.
+/// State of a driver who sees the speed late.
 ///
 /// The controller of the step knows error and change of the speed now. It gets the late ones by a
 /// desired speed that is moved by what the speed has gained since, and by a filtered speed that is

@@ -79,7 +79,7 @@ pub fn drive_until(study: &Study, next: Next, level: CpuLevel, stop: &AtomicBool
 /// How the lanes of one thread drive.
 #[derive(Clone, Copy, Debug)]
 pub struct Driving<'a> {
-    /// What is driven.
+    /// Study that is driven.
     pub study: &'a Study,
     /// Instructions to use.
     pub level: CpuLevel,
@@ -90,14 +90,14 @@ pub struct Driving<'a> {
 }
 
 impl Driving<'_> {
-    /// Drives the tasks that `next` gives: no lane waits for another. There are no records of cycles
-    /// that were given up.
+    /// Drives the tasks that `next` gives: no lane waits for another. There are no records of
+    /// cycles that were given up.
     pub fn each(self, next: Next, deliver: Deliver) {
         self.each_arriving(next, &mut |_| {}, deliver);
     }
 
-    /// As [`Self::each`]; `arrived` is called when a cycle has ended, before its whole trip is driven and
-    /// before there is a next one for its lane.
+    /// As [`Self::each`]; `arrived` is called when a cycle has ended, before its whole trip is
+    /// driven and before there is a next one for its lane.
     pub fn each_arriving(self, next: Next, arrived: Arrived, deliver: Deliver) {
         let task = FleetTask { driving: self, next, arrived, deliver };
         self.study.vehicle().powertrain.dispatch(task);
@@ -187,7 +187,7 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
 /// The tasks of one block. A lane whose last cycle has ended is empty.
 type LaneTasks = [Option<LaneTask>; WIDTH];
 
-/// What is done with a cycle that has ended.
+/// Action on a cycle that has ended.
 pub(super) type Ended<'a> = &'a mut dyn FnMut(Record, &Scenario);
 
 /// Gives tasks to lanes and passes their records on.

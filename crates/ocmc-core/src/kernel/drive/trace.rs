@@ -109,7 +109,7 @@ impl PowertrainTask for TraceTask<'_> {
     }
 }
 
-/// What a log of this drive would tell of the road: yaw rate and speed limit at each row's end.
+/// Signals of the road in a log of this drive: yaw rate and speed limit at each row's end.
 fn road_signals(
     study: &Study,
     road: &Road,
@@ -145,17 +145,17 @@ struct LaneWriters([Writer; WIDTH]);
 
 /// Collects rows.
 struct Writer {
-    /// Which columns, by their places.
+    /// Columns that are written, by their places.
     writes: fn(usize) -> bool,
     columns: Vec<TableColumn>,
     time_s: f64,
     position_m: f64,
     standstill_s: f64,
-    /// What the step before added that was taken back.
+    /// Additions of the step before that were taken back.
     kept: Option<Ledger<f64>>,
 }
 
-/// What a row says of the pedals, which are at rest at a standstill, and of the engine.
+/// Row of a trace: pedals, which are at rest at a standstill, and the engine.
 struct Row {
     step_s: f64,
     desired_mps: f64,

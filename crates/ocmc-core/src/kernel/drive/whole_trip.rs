@@ -1,5 +1,5 @@
-//! The whole trips of cycles that a battery cut short: driven again from their start, with a battery
-//! that never empties.
+//! The whole trips of cycles that a battery cut short: driven again from their start, with a
+//! battery that never empties.
 
 use super::scheduler::{Deliver, Driving, LaneScheduler, StopFlag};
 use crate::kernel::step::state::KernelParameters;
@@ -12,8 +12,8 @@ use std::mem::take;
 /// Cycles that are driven again together: enough to fill the lanes a few times.
 const TOGETHER: usize = 64;
 
-/// Records that are passed on at most while one waits for its whole trip: whoever puts them in order
-/// keeps them until it is there.
+/// Records that are passed on at most while one waits for its whole trip: whoever puts them in
+/// order keeps them until it is there.
 const MOST_MEANWHILE: usize = 1024;
 
 /// Cycles that were cut short, until their whole trips are driven.

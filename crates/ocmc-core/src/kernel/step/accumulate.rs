@@ -11,7 +11,7 @@ use fearless_simd::prelude::*;
 /// Keeps a quotient finite, in N.
 const SMALLEST_FORCE_N: f64 = 1e-9;
 
-/// What a step adds to the ledger, and its means.
+/// Additions of a step to the ledger, and its means.
 #[derive(Clone, Copy)]
 pub(super) struct StepTotals<S: Simd> {
     pub added: Ledger<Lanes<S>>,

@@ -1,4 +1,4 @@
-//! What the driver wants and does with the pedals: the desired speed under the truck, and the
+//! Wish of the driver, and his action on the pedals: the desired speed under the truck, and the
 //! operational module at one stage.
 
 use super::forecast::Forecast;
@@ -38,7 +38,7 @@ impl<S: Simd> DesiredSpeed<S> {
     }
 }
 
-/// What a driver has decided for a step.
+/// Decision of a driver for a step.
 #[derive(Clone, Copy)]
 pub(super) struct Stance<S: Simd> {
     pub forecast: Forecast<S>,
@@ -52,13 +52,13 @@ pub(super) struct Stance<S: Simd> {
     pub gathers: Flags<S>,
     /// Flag: a switched driver holds.
     pub hold: Flags<S>,
-    /// What he holds.
+    /// Output that he holds.
     pub held: Lanes<S>,
-    /// What he does for what lies ahead.
+    /// Action for what lies ahead.
     pub look_ahead: LookAhead<S>,
 }
 
-/// What the driver does in one stage.
+/// Action of the driver in one stage.
 #[derive(Clone, Copy)]
 pub(super) struct Control<S: Simd> {
     pub desired: Lanes<S>,
@@ -67,7 +67,7 @@ pub(super) struct Control<S: Simd> {
     pub demand: Lanes<S>,
     pub accelerator: Lanes<S>,
     pub brake: Lanes<S>,
-    /// What the brakes realise of the controller's output, without its sign.
+    /// Part of the controller's output that the brakes realise, without its sign.
     pub braking: Lanes<S>,
     pub integral_rate: Lanes<S>,
 }
@@ -99,7 +99,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         risen * risen
     }
 
-    /// What the driver decides for a step.
+    /// Decision of the driver for a step.
     #[inline(always)]
     pub(super) fn stance(
         &self,
@@ -133,7 +133,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         Stance { forecast, rises, ramps, feeds, gathers, hold, held, look_ahead }
     }
 
-    /// The operational module at one stage; `rise`: accelerator that gives the driver's acceleration.
+    /// The operational module at one stage; `rise`: accelerator that gives the driver's
+    /// acceleration.
     #[inline(always)]
     pub(super) fn control(
         &self,

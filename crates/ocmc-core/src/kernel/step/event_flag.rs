@@ -24,7 +24,7 @@ pub struct LaneEvent {
     pub road_power_w: f64,
 }
 
-/// What the strategy looks at, for the trucks of a block.
+/// Inputs of the shift strategy for the trucks of a block.
 #[derive(Clone, Copy, Debug)]
 pub struct ShiftLanes<S: Simd> {
     /// Accelerator pedal.

@@ -1,6 +1,6 @@
-//! What a driver knows by feel before a step: the pedals that keep the speed, that follow a braking
-//! ramp or a rise, and that accelerate as hard as he ever does; and the push at which he lifts his
-//! foot.
+//! Pedals that a driver knows by feel before a step: those that keep the speed, that follow a
+//! braking ramp or a rise, and that accelerate as hard as he ever does; and the push at which he
+//! lifts his foot.
 //!
 //! It is read from the road under the truck, its mass, its gear, its air drag and the curves of its
 //! engine in the last step: what is missing the feedback corrects.
@@ -62,8 +62,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         Asked { pedal, mass, steady, rise }
     }
 
-    /// The accelerator that gives the driver's acceleration at a speed: at the end of a step, as the
-    /// power that it asks for grows with the speed.
+    /// The accelerator that gives the driver's acceleration at a speed: at the end of a step, as
+    /// the power that it asks for grows with the speed.
     #[inline(always)]
     pub(super) fn rising_pedal(
         &self,

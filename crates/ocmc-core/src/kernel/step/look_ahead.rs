@@ -1,4 +1,4 @@
-//! What looking ahead decides for a step: whether the truck coasts, in gear or with an open clutch.
+//! Decision by looking ahead for a step: whether the truck coasts, in gear or with an open clutch.
 //!
 //! Checked in `tests/it/look_ahead.rs`: each switch saves on the default fleet, paired, with its
 //! interval, and the energy balance of every cycle closes to 1e-9. The clutch opens on −1.25 % and
@@ -24,7 +24,7 @@ const PER_CHANGE_RANGE: f64 = 3.6 / 2.0;
 /// over).
 const ROLLED_OUT_MPS2: f64 = 0.05;
 
-/// What is decided.
+/// Decision of looking ahead.
 #[derive(Clone, Copy)]
 pub(super) struct LookAhead<S: Simd> {
     /// Flag: the accelerator stays closed.

@@ -1,5 +1,5 @@
-//! One step of trucks side by side: their state, the driver's control, the two stages, where the step
-//! ends, and what it adds to the ledger.
+//! One step of trucks side by side: their state, the driver's control, the two stages, where the
+//! step ends, and what it adds to the ledger.
 
 mod accumulate;
 mod control;

@@ -1,4 +1,4 @@
-//! What the step function reads of the road: one row of twelve numbers for each segment.
+//! Road as the step function reads it: one row of twelve numbers for each segment.
 
 use crate::lanes::{Flags, Lanes, UNBOUNDED};
 use crate::operating_cycle::road::surface::iri_mm_per_m;
@@ -29,8 +29,8 @@ impl RoadRow {
     pub const LIMIT: usize = 1;
     /// Braking branch of v² at the end, in m²/s².
     pub const BACKWARD: usize = 2;
-    /// Static limit, in m/s: above zero where it is that of a sign or of the truck, below where it is
-    /// that of a curve or of traffic. Read by [`Self::static_mps`].
+    /// Static limit, in m/s: above zero where it is that of a sign or of the truck, below where it
+    /// is that of a curve or of traffic. Read by [`Self::static_mps`].
     const STATIC: usize = 3;
     /// g sin θ, in m/s².
     pub const GRADE: usize = 4;
@@ -46,8 +46,9 @@ impl RoadRow {
     pub const TO_STOP: usize = 9;
     /// Deceleration that the tyres allow, in m/s².
     pub const GRIP: usize = 10;
-    /// Standstill at the end, in s; where there is no stop −1 − v², v the speed to which the truck may
-    /// coast ahead of the next braking ramp: all of them are below zero. Read by [`Self::dwell_s`].
+    /// Standstill at the end, in s; where there is no stop −1 − v², v the speed to which the truck
+    /// may coast ahead of the next braking ramp: all of them are below zero. Read by
+    /// [`Self::dwell_s`].
     const DWELL: usize = 11;
 
     /// Static limit, in m/s, whatever sets it.
@@ -55,7 +56,8 @@ impl RoadRow {
         self.0[Self::STATIC].abs()
     }
 
-    /// Sets the static limit, in m/s: that of a sign or of the truck, or that of a curve or of traffic.
+    /// Sets the static limit, in m/s: that of a sign or of the truck, or that of a curve or of
+    /// traffic.
     pub fn set_static(&mut self, speed_mps: f64, is_sign: bool) {
         self.0[Self::STATIC] = signed_static(speed_mps, is_sign);
     }
@@ -71,8 +73,8 @@ impl RoadRow {
         self.0[Self::DWELL] = dwell_s;
     }
 
-    /// The row ends at no stop line; ahead of the next braking ramp the truck may coast to a speed, whose
-    /// square is given, in m²/s².
+    /// The row ends at no stop line; ahead of the next braking ramp the truck may coast to a speed,
+    /// whose square is given, in m²/s².
     pub fn set_coasting(&mut self, speed_squared: f64) {
         self.0[Self::DWELL] = coasting(speed_squared);
     }
@@ -233,7 +235,7 @@ impl RoadRows {
     }
 }
 
-/// What rows take from weather, surface and speed limit: it holds over many segments.
+/// Values that rows take from weather, surface and speed limit: they hold over many segments.
 struct Surroundings<'a> {
     study: &'a Study,
     scenario: &'a Scenario,
@@ -252,7 +254,7 @@ struct Surroundings<'a> {
     rolling_coefficient: f64,
     /// Rolling on a smooth road in this weather.
     rolling_weather: f64,
-    /// What [`RoadRow`] says, rolling and grip for a level road.
+    /// Values of [`RoadRow`], rolling and grip for a level road.
     rolling: f64,
     half_density: f64,
     head_wind_mps: f64,

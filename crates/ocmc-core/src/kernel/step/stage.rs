@@ -19,7 +19,7 @@ pub(super) struct SpeedTarget<S: Simd> {
     pub stance: Stance<S>,
 }
 
-/// What is decided at the step's start.
+/// Decision at the step's start.
 #[derive(Clone, Copy)]
 pub(super) struct Decision<S: Simd> {
     pub row: Row<S>,

@@ -37,8 +37,8 @@ pub struct KernelParameters<'a, P> {
     pub charging: Option<&'a ChargingPolicy>,
     /// Whether the powertrain has a temperature that matters.
     pub has_temperature: bool,
-    /// Square of the speed to which a truck coasts before a stop, in m²/s²: 0, or unbounded where it
-    /// does not.
+    /// Square of the speed to which a truck coasts before a stop, in m²/s²: 0, or unbounded where
+    /// it does not.
     pub stop_target: f64,
     /// Inertia of engine or motor, in kg m².
     pub engine_inertia_kgm2: f64,
@@ -112,9 +112,9 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
 /// Eight trucks.
 #[derive(Clone, Debug)]
 pub struct State<S: Simd, P: Powertrain> {
-    /// What changes from step to step.
+    /// Quantities that change from step to step.
     pub motion: Motion<S>,
-    /// What holds over a cycle.
+    /// Quantities that hold over a cycle.
     pub constants: LaneConstants<S>,
     /// The gears that are engaged.
     pub gear: GearLanes<S>,
@@ -166,7 +166,7 @@ pub struct Motion<S: Simd> {
     pub steps_left: Lanes<S>,
 }
 
-/// What holds for eight trucks and their drivers over a cycle, the masses in a gear.
+/// Constants of eight trucks and their drivers over a cycle, the masses in a gear.
 #[derive(Clone, Debug)]
 pub struct LaneConstants<S: Simd> {
     /// Longest step with a pressed brake, in s: with longer ones the pedals would oscillate.
@@ -327,7 +327,7 @@ pub(crate) struct Lane<'a, S: Simd, P: Powertrain> {
     pub state: &'a mut State<S, P>,
     /// Its number there.
     pub number: usize,
-    /// What holds for all lanes.
+    /// Parameters that hold for all lanes.
     pub parameters: &'a KernelParameters<'a, P>,
 }
 

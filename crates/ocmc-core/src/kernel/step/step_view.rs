@@ -1,12 +1,12 @@
-//! What a step shows: everything to a trace, the events of single lanes to the code outside of the
-//! hot loop.
+//! View of a step: everything to a trace, the events of single lanes to the code outside of the hot
+//! loop.
 
 use super::event_flag::{LaneEvent, ShiftLanes};
 use crate::energy::ledger::Ledger;
 use crate::lanes::{Flags, Lanes, WIDTH};
 use fearless_simd::prelude::*;
 
-/// What one step did, for a trace. Means are over the step.
+/// Course of one step, for a trace. Means are over the step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepView<S: Simd> {
     /// Length of the step, in s.
@@ -23,19 +23,19 @@ pub struct StepView<S: Simd> {
     pub engine_speed: Lanes<S>,
     /// Mean engine torque, in Nm.
     pub engine_torque: Lanes<S>,
-    /// What is taken from the source: fuel in kg/s, or power at the battery's terminals in W.
+    /// Rate of the source: fuel in kg/s, or power at the battery's terminals in W.
     pub source_rate: Lanes<S>,
     /// Mean acceleration, in m/s².
     pub acceleration: Lanes<S>,
     /// Flag: the clutch is closed.
     pub closed: Flags<S>,
-    /// What was added to the ledger.
+    /// Additions to the ledger.
     pub added: Ledger<Lanes<S>>,
     /// Flag: the lane has an event: stop, shift, check of progress.
     pub event: Flags<S>,
     /// Flag: the strategy wants another gear.
     pub wants_shift: Flags<S>,
-    /// What the strategy looks at.
+    /// Inputs of the shift strategy.
     pub shift: ShiftLanes<S>,
 }
 

@@ -1,9 +1,10 @@
 //! Where a driver stops at a charger, to charge or to rest: he decides at the place where he would
 //! have to brake for it, or to heat his battery for it, by a forecast.
 //!
-//! He stops where the next place at which he could charge is out of reach with his reserve, and where
-//! the next place at which he could rest is out of reach by the law ([`super::rest_decision`]). What
-//! he gets wrong uses up his reserve, or makes him rest on the spot. Nothing is driven twice.
+//! He stops where the next place at which he could charge is out of reach with his reserve, and
+//! where the next place at which he could rest is out of reach by the law
+//! ([`super::rest_decision`]). What he gets wrong uses up his reserve, or makes him rest on the
+//! spot. Nothing is driven twice.
 
 use super::charging_site::Site;
 use super::lane_task::LaneTask;
@@ -18,7 +19,8 @@ use fearless_simd::Simd;
 const SAME_M: f64 = 1e-3;
 
 impl LaneTask {
-    /// The trip up to a place, as its driver knows it. `altitude_m`: how high he is above its start.
+    /// The trip up to a place, as its driver knows it. `altitude_m`: how high he is above its
+    /// start.
     pub(super) fn driven<S: Simd, P: Powertrain>(
         &self,
         lane: &Lane<S, P>,
@@ -34,8 +36,8 @@ impl LaneTask {
         }
     }
 
-    /// Decides at all chargers at which it is time to, where the truck is. `from`: the row that begins
-    /// there.
+    /// Decides at all chargers at which it is time to, where the truck is. `from`: the row that
+    /// begins there.
     pub(super) fn decide<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,
@@ -101,8 +103,8 @@ impl LaneTask {
         [charges, rests]
     }
 
-    /// State of charge with which the goal of a truck that is charged at a place comes within its reach,
-    /// by its driver's forecast; infinite where it is to be charged to the end.
+    /// State of charge with which the goal of a truck that is charged at a place comes within its
+    /// reach, by its driver's forecast; infinite where it is to be charged to the end.
     pub(super) fn enough_charge<S: Simd, P: Powertrain>(
         &self,
         lane: &Lane<S, P>,

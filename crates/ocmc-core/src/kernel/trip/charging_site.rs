@@ -5,7 +5,7 @@ use crate::charging::ChargingPolicy;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
 
-/// What a driver keeps before a braking ramp to see it, in m.
+/// Distance before a braking ramp that a driver keeps to see it, in m.
 const ROOM_M: f64 = 300.0;
 /// Places closer than this are one, in m.
 const SAME_M: f64 = 1e-3;
@@ -20,7 +20,8 @@ pub(super) struct Site {
     pub decided_at_m: f64,
     /// How high it lies above the start, in m.
     pub altitude_m: f64,
-    /// The next place at which the truck can be charged, or the end, in m, and the climb to it, in m.
+    /// The next place at which the truck can be charged, or the end, in m, and the climb to it, in
+    /// m.
     pub reach_m: f64,
     pub reach_climb_m: f64,
     /// The next place at which the driver can rest, or the end, in m.
@@ -46,8 +47,8 @@ fn decides_before_m(study: &Study, scenario: &Scenario) -> f64 {
     ramp_m.max(study.vehicle().powertrain.preconditions_from_m())
 }
 
-/// The chargers of a planned road, as its driver looks at them. `stop_rows`: rows that end at a stop
-/// line, and its event.
+/// The chargers of a planned road, as its driver looks at them. `stop_rows`: rows that end at a
+/// stop line, and its event.
 pub(super) fn sites(
     study: &Study,
     policy: &ChargingPolicy,

@@ -1,5 +1,5 @@
-//! Charging on one trip: what a place offers a truck that stands there, and what was charged. Where it
-//! stops its driver decides on his way ([`super::charging_decision`]).
+//! Charging on one trip: what a place offers a truck that stands there, and what was charged. Where
+//! it stops its driver decides on his way ([`super::charging_decision`]).
 
 use super::charging_site::Site;
 use super::stop_ahead::Standing;
@@ -12,7 +12,7 @@ use crate::study::{Scenario, Study};
 /// that gives next to nothing does not hold it for ever.
 const LONGEST_STAY_S: f64 = 39_600.0;
 
-/// What charging at one kind of place did.
+/// Totals of charging at one kind of place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ChargedAt {
     /// The energy.
@@ -52,7 +52,7 @@ pub(super) struct Arrival {
     pub charge: f64,
 }
 
-/// What a charger did.
+/// Result of a charger.
 #[derive(Clone, Debug)]
 pub(super) struct Charged {
     /// Time and energy.
@@ -91,8 +91,8 @@ impl Arrival {
     }
 }
 
-/// Energy that the meter counts in each quarter of an hour, in J, of a course that begins at a time of the
-/// clock, in s.
+/// Energy that the meter counts in each quarter of an hour, in J, of a course that begins at a time
+/// of the clock, in s.
 fn at_meter_j(course: &ChargeCourse, clock_s: f64, efficiency: f64) -> Vec<f64> {
     let at_plug_j = course.by_quarter_hour_j(clock_s);
     at_plug_j.iter().map(|energy_j| energy_j / efficiency).collect()
@@ -101,7 +101,7 @@ fn at_meter_j(course: &ChargeCourse, clock_s: f64, efficiency: f64) -> Vec<f64> 
 /// A truck that is plugged in.
 #[derive(Clone, Debug)]
 struct Plugged {
-    /// What it has got so far.
+    /// Course of the charge so far.
     course: ChargeCourse,
     /// Begin of the charging by the clock, in s.
     clock_s: f64,
@@ -111,14 +111,14 @@ struct Plugged {
     unplugging_s: f64,
 }
 
-/// What a trip has charged so far.
+/// Charging of a trip so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ChargingProgress {
     /// The next site at which is decided.
     pub next_site: usize,
-    /// What was charged on the way so far.
+    /// Charging on the way so far.
     public: ChargedAt,
-    /// What was charged at stops of the mission.
+    /// Charging at stops of the mission.
     stop: ChargedAt,
     /// Time that the truck waited for chargers, in s.
     wait_s: f64,
@@ -138,7 +138,7 @@ pub(super) struct ChargingStops {
     pub sites: Vec<Site>,
     /// Chargers at which the trip charges to the end, in m.
     pub planned: Vec<f64>,
-    /// What has been done so far.
+    /// Progress so far.
     pub progress: ChargingProgress,
     /// Each charging on the way.
     events: Vec<ChargingEvent>,
@@ -146,7 +146,7 @@ pub(super) struct ChargingStops {
 }
 
 impl ChargingStops {
-    /// Those of a trip, where the study has a policy and its trucks have a battery.
+    /// Charging stops of a trip, where the study has a policy and its trucks have a battery.
     pub(super) fn new(study: &Study) -> Option<Box<Self>> {
         let plugs_in = study.vehicle().powertrain.plugs_in();
         study.model().charging.as_ref().filter(|_| plugs_in).map(|_| Box::default())
@@ -160,8 +160,8 @@ impl ChargingStops {
         self.progress = ChargingProgress::default();
     }
 
-    /// What a place offers a truck that would stand there for some time, in s. `enough`: the state of
-    /// charge that it needs, where it is to be charged no more.
+    /// Offer of a place to a truck that would stand there for some time, in s. `enough`: the state
+    /// of charge that it needs, where it is to be charged no more.
     pub(super) fn offer<'a>(
         &self,
         policy: &'a ChargingPolicy,

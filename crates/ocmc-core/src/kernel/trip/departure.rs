@@ -1,5 +1,5 @@
-//! The departure of a trip: its truck enters a lane, gets its load and the numbers of its driver, and
-//! starts from rest, or rolls.
+//! The departure of a trip: its truck enters a lane, gets its load and the numbers of its driver,
+//! and starts from rest, or rolls.
 
 use super::lane_task::{LaneTask, Progress};
 use crate::driver::pedal::Hold;

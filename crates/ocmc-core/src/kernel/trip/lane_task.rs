@@ -18,14 +18,13 @@ use crate::tactical::{SpeedProfile, plan_braking, plan_cut};
 pub(crate) struct Progress {
     pub gear: usize,
     pub standstill_s: f64,
-    /// What is over of a standstill, in s: work of the body, then charging.
+    /// Elapsed part of a standstill, in s: work of the body, then charging.
     pub stood_s: f64,
     pub n_stops: u32,
     pub n_gear_shifts: u32,
-    /// What the truck carries behind the last stop, in kg; none where it is the payload of its
-    /// departure.
+    /// Payload behind the last stop, in kg; none where it is that of the departure.
     pub payload_kg: Option<f64>,
-    /// What its payloads were multiplied by their ways, in kg m, up to a way, in m.
+    /// Sum of its payloads times their ways, in kg m, up to a way, in m.
     pub carried_kgm: f64,
     pub carried_to_m: f64,
     /// Work of the body at stops, in J.
@@ -50,7 +49,7 @@ pub struct LaneTask {
     pub(super) initial_energy_j: f64,
     /// Rests, where the study has a law on them.
     pub(super) rests: Option<RestStops>,
-    /// What road types and event kinds have taken.
+    /// Amounts that road types and event kinds have taken.
     pub(super) parts: Parts,
     /// Charging, where the study has a policy.
     pub(super) charging: Option<Box<ChargingStops>>,
@@ -58,7 +57,7 @@ pub struct LaneTask {
     pub(super) stops_ahead: Vec<StopAhead>,
     /// Where its driver decides, or the powertrain's temperature is looked at.
     pub(super) marks: Marks,
-    /// What the last event added to the ledger, in one addition each: a trace has to be able to
+    /// Additions of the last event to the ledger, in one addition each: a trace has to be able to
     /// repeat it.
     pub(crate) added_by_event: Ledger<f64>,
 }
@@ -83,9 +82,9 @@ impl LaneTask {
         task
     }
 
-    /// Plans a scenario, in the buffers of a used task where there is one. The profile is needed for
-    /// the planning only: a scheduler lends the same one to all its tasks, so that it stays in the
-    /// CPU's cache.
+    /// Plans a scenario, in the buffers of a used task where there is one. The profile is needed
+    /// for the planning only: a scheduler lends the same one to all its tasks, so that it stays in
+    /// the CPU's cache.
     pub fn of(
         study: &Study,
         scenario: Scenario,
@@ -153,7 +152,7 @@ impl LaneTask {
         self.parts.lay(simulation, &self.road.road_types, &kinds, &mut self.road.rows);
     }
 
-    /// What is driven.
+    /// Scenario that is driven.
     pub(crate) fn scenario(&self) -> &Scenario {
         &self.scenario
     }

@@ -24,7 +24,7 @@ pub(super) struct Mark {
     hidden: bool,
 }
 
-/// What rows are marked for.
+/// Reasons for which rows are marked.
 #[derive(Clone, Debug)]
 pub(super) struct Marking {
     /// Distance to the stop line in a marked row, in m.

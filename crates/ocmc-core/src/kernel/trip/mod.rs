@@ -1,5 +1,5 @@
-//! A truck on its trip: how it departs, what happens at stop lines, chargers, rests and marks of its
-//! road, and the record of its arrival.
+//! A truck on its trip: how it departs, what happens at stop lines, chargers, rests and marks of
+//! its road, and the record of its arrival.
 
 mod arrival;
 mod charging_decision;

@@ -142,9 +142,9 @@ impl Parts {
         true
     }
 
-    /// The driver decides to stop at the end of a row: from where he brakes it is the part of a stop,
-    /// and behind it until the speed is regained. What ends within reach of the line is booked at the
-    /// next event.
+    /// The driver decides to stop at the end of a row: from where he brakes it is the part of a
+    /// stop, and behind it until the speed is regained. What ends within reach of the line is
+    /// booked at the next event.
     pub(super) fn stop_within(&mut self, changed: &Changed, line: usize, rows: &mut [RoadRow]) {
         let mut parts = self.changes.split_off(self.next);
         if self.has_kinds {
@@ -260,8 +260,8 @@ fn mark(change: &mut Change, row: &mut RoadRow, mark_m: f64) {
     }
 }
 
-/// The kinds of the segments of a plan, as if it were driven exactly. `stops`: the segments that end
-/// at a stop line, in order, the last one among them.
+/// The kinds of the segments of a plan, as if it were driven exactly. `stops`: the segments that
+/// end at a stop line, in order, the last one among them.
 pub(super) fn kinds_of_plan(profile: &SpeedProfile, road: &Road, stops: &[usize]) -> Vec<Kind> {
     let mut height_m = 0.0;
     let mut stops = stops.iter().peekable();

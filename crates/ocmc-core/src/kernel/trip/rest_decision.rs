@@ -1,9 +1,10 @@
 //! Where a driver rests: he decides on his way, by what he has driven so far.
 //!
-//! Where he stands at a place to rest, at a stop of the mission or a charger, he stays for as long as
-//! the law asks if the next one is out of reach of its limit. At a charger that he only passes he
-//! stops for it ([`super::charging_decision`]). Near the limit he looks how long it takes to halt,
-//! and halts on the spot as late as that allows: the limit is never passed. Nothing is driven twice.
+//! Where he stands at a place to rest, at a stop of the mission or a charger, he stays for as long
+//! as the law asks if the next one is out of reach of its limit. At a charger that he only passes
+//! he stops for it ([`super::charging_decision`]). Near the limit he looks how long it takes to
+//! halt, and halts on the spot as late as that allows: the limit is never passed. Nothing is driven
+//! twice.
 
 use super::lane_task::LaneTask;
 use super::rest_stops::{AGAIN_S, AHEAD_S, is_mission_stop};
@@ -14,12 +15,13 @@ use crate::kernel::step::state::Lane;
 use crate::powertrain::Powertrain;
 use fearless_simd::Simd;
 
-/// What a driver adds to the time that he expects, over it, where the study has no forecast
+/// Margin that a driver adds to the time that he expects, over it, where the study has no forecast
 /// (judgement).
 const MARGIN: f64 = 0.05;
-/// At his present speed he drives on for this before he brakes for a place that he has chosen, in s.
+/// At his present speed he drives on for this before he brakes for a place that he has chosen, in
+/// s.
 const ROOM_S: f64 = 10.0;
-/// What he keeps of his time when he halts, in s (judgement).
+/// Time that he keeps in reserve when he halts, in s (judgement).
 const KEPT_S: f64 = 60.0;
 /// Places closer than this are one, in m.
 const SAME_M: f64 = 1e-3;
@@ -34,8 +36,8 @@ struct Place {
 }
 
 impl LaneTask {
-    /// How long a truck has to stand where it does, because the next place to rest is out of reach by
-    /// the law, in s; 0 where it is not. `stands_s`: how long it stands without the law.
+    /// How long a truck has to stand where it does, because the next place to rest is out of reach
+    /// by the law, in s; 0 where it is not. `stands_s`: how long it stands without the law.
     pub(super) fn rest_asked_s<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,
@@ -67,8 +69,8 @@ impl LaneTask {
         stop.map_or(end_m, |stop| stop.position_m).min(charger_m.unwrap_or(end_m))
     }
 
-    /// Where the limit of driving is near, a driver who will not reach a place to rest in time halts on
-    /// the spot, as late as he can.
+    /// Where the limit of driving is near, a driver who will not reach a place to rest in time
+    /// halts on the spot, as late as he can.
     pub(super) fn rest_on_the_spot<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let Some(rests) = &mut self.rests else { return };
         rests.drive_to(lane.state.ledger[Term::Time][lane.number]);
@@ -100,8 +102,8 @@ impl LaneTask {
         sites.any(|site| site.row == row)
     }
 
-    /// The row at whose end the next place is at which a driver can rest, or the last one. A charger
-    /// that he has decided to pass is none.
+    /// The row at whose end the next place is at which a driver can rest, or the last one. A
+    /// charger that he has decided to pass is none.
     fn next_pause_row(&self, at: usize) -> usize {
         let events = &self.scenario.cycle.road.events;
         let is_pause = |event: Option<usize>| event.is_none_or(|k| is_mission_stop(&events[k]));

@@ -1,5 +1,5 @@
-//! Rests on one trip: what the law's clock says while the truck is driven and stands. Where it stops
-//! for them its driver decides on his way ([`super::rest_decision`]).
+//! Rests on one trip: what the law's clock says while the truck is driven and stands. Where it
+//! stops for them its driver decides on his way ([`super::rest_decision`]).
 
 use super::stop_ahead::Standing;
 use crate::operating_cycle::road::Road;
@@ -7,10 +7,10 @@ use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::rest::{Activity, DutyClock};
 use crate::study::{Scenario, Study};
 
-/// What is to be left of the driving time at the next place to rest, in s: the time that it takes to
-/// halt (judgement).
+/// Driving time that is to be left at the next place to rest, in s: the time that it takes to halt
+/// (judgement).
 const HALTING_S: f64 = 60.0;
-/// Who may drive no longer than this at departure has rested before, in s.
+/// Shortest driving time at departure without a rest before, in s.
 pub(crate) const SHORTEST_START_S: f64 = 300.0;
 /// So long before the limit a driver begins to look how long it takes to halt, in s (judgement).
 pub(super) const AHEAD_S: f64 = 300.0;
@@ -26,13 +26,13 @@ pub(super) struct RestStops {
     clock: DutyClock,
     /// Driving time, standstill not counted, up to which the clock has gone.
     driven_s: f64,
-    /// What the law has added to the standstill, in s, and how often.
+    /// Time that the law has added to the standstill, in s, and number of its additions.
     pub added_s: f64,
     pub taken: u32,
 }
 
 impl RestStops {
-    /// Those of a trip, where the study has a law on rests.
+    /// Rests of a trip, where the study has a law on rests.
     pub(super) fn new(study: &Study, scenario: &Scenario) -> Option<Self> {
         let model = study.model().rest.as_ref()?;
         let after = |driven_s| DutyClock::new(model.law, model.drivers, driven_s);
@@ -79,8 +79,8 @@ impl RestStops {
         self.clock.left_s()
     }
 
-    /// Whether a driver has to rest at a place so far away, in s, because the one behind it is out of
-    /// reach of the limit; only where it is within reach after the rest.
+    /// Whether a driver has to rest at a place so far away, in s, because the one behind it is out
+    /// of reach of the limit; only where it is within reach after the rest.
     pub(super) fn has_to_rest_at(&self, way_s: f64, next_s: f64) -> bool {
         let mut then = self.clock;
         if then.left_s() <= way_s || then.left_s() >= way_s + next_s + HALTING_S {
@@ -91,8 +91,8 @@ impl RestStops {
         then.left_s() >= next_s + HALTING_S
     }
 
-    /// How long a truck that stands for some time has to stand, because the next place is out of reach
-    /// of the limit, in s; 0 where it is not. `is_due`: its driver has stopped for it.
+    /// How long a truck that stands for some time has to stand, because the next place is out of
+    /// reach of the limit, in s; 0 where it is not. `is_due`: its driver has stopped for it.
     pub(super) fn asked_s(&self, stands_s: f64, next_s: f64, is_due: bool) -> f64 {
         let clock = self.clock;
         let mut then = clock;

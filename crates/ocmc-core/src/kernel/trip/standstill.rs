@@ -49,8 +49,8 @@ impl LaneTask {
         Some(Standing { position_m, of_mission, is_rest: of_mission, rests: false })
     }
 
-    /// The truck stands at a line for a time that was planned: charges there and rests, and returns for
-    /// how long it does then, in s, and whether the law on rests asked for it.
+    /// The truck stands at a line for a time that was planned: charges there and rests, and returns
+    /// for how long it does then, in s, and whether the law on rests asked for it.
     pub(super) fn stand<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,
@@ -82,8 +82,8 @@ impl LaneTask {
         self.charging.as_ref().is_some_and(|charging| charging.planned.contains(&position_m))
     }
 
-    /// Charges at a stop line, where that is worth while, while the truck stands for some time; returns
-    /// for how long it does then, in s.
+    /// Charges at a stop line, where that is worth while, while the truck stands for some time;
+    /// returns for how long it does then, in s.
     fn charge<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,

@@ -1,6 +1,6 @@
-//! A stop that a driver decides on while he drives: it changes the road ahead of the truck, and only
-//! what a stop changes. The rows of the way to it get its braking ramp, as far back as nothing else
-//! is braked for there; the last of them ends at its line.
+//! A stop that a driver decides on while he drives: it changes the road ahead of the truck, and
+//! only what a stop changes. The rows of the way to it get its braking ramp, as far back as nothing
+//! else is braked for there; the last of them ends at its line.
 //!
 //! It is what planning the whole road with that stop would give (`tests/it/charging_decision.rs`).
 

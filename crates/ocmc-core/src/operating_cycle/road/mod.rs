@@ -79,7 +79,9 @@ pub struct RoadTypeModel {
     #[schemars(range(min = 0.0, max = 1.0e6))]
     pub minimum_length_m: f64,
     /// Probabilities of the type that follows; empty where this is the only type.
-    #[schemars(extend("additionalProperties" = { "type": "number", "minimum": 0.0, "maximum": 1.0 }))]
+    #[schemars(
+        extend("additionalProperties" = { "type": "number", "minimum": 0.0, "maximum": 1.0 })
+    )]
     pub next: BTreeMap<String, f64>,
     /// Legal limit for trucks on this type beside the signs, in m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -101,7 +103,9 @@ pub struct RoadTypeModel {
     /// Roughness.
     pub roughness: RoughnessModel,
     /// Ground types.
-    #[schemars(extend("additionalProperties" = { "type": "number", "minimum": 0.0, "maximum": 1.0 }))]
+    #[schemars(
+        extend("additionalProperties" = { "type": "number", "minimum": 0.0, "maximum": 1.0 })
+    )]
     pub ground: GroundModel,
     /// Stop signs.
     pub stop_signs: StopSignModel,
@@ -147,8 +151,7 @@ pub struct Road {
     pub route: Option<NonZeroU32>,
 }
 
-/// What the road type decides along the road, prepared for sampling; types in the order of their
-/// names.
+/// Sampler of all that the road type decides along the road; types in the order of their names.
 #[derive(Clone, Debug)]
 pub struct RoadSampler {
     chain: RoadTypeChain,
@@ -242,8 +245,8 @@ impl RoadSampler {
         &self.types
     }
 
-    /// Limit of the law on a road type, by its number, for the study's vehicles beside the signs, in
-    /// m/s; infinite where there is none.
+    /// Limit of the law on a road type, by its number, for the study's vehicles beside the signs,
+    /// in m/s; infinite where there is none.
     pub fn legal_mps(&self, road_type: usize) -> f64 {
         self.legal_mps[road_type]
     }

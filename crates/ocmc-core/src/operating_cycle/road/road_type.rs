@@ -84,8 +84,8 @@ impl RoadTypeChain {
         &self.share_by_length
     }
 
-    /// Expected length of each type within the first x metres of a road, for x from 0 on in steps of
-    /// `step_m`, in m: a row a step.
+    /// Expected length of each type within the first x metres of a road, for x from 0 on in steps
+    /// of `step_m`, in m: a row a step.
     ///
     /// The renewal equations of the chain, step by step. C_j: expected entries into type j up to x,
     /// the start among them; they are at their shortest for L₀, then end at the rate 1/(mean − L₀).

@@ -3,16 +3,17 @@
 //! Points that are farther apart than curvature is averaged over (45 m) tell how much a road turns
 //! near each of them and not how sharply. As a chain of chords it would turn at its points only, so
 //! that each became a sharp curve. The turn of such a point is spread instead: an arc touches both
-//! edges, a share of the shorter one away from the point, at most in proportion to the turns at both
-//! ends of an edge, so that the arcs of a bend that is several chords long have about one radius.
+//! edges, a share of the shorter one away from the point, at most in proportion to the turns at
+//! both ends of an edge, so that the arcs of a bend that is several chords long have about one
+//! radius.
 //!
 //! A point that turns by more than 45° while the points beside it do not turn along with it is a
 //! corner, as at a junction, and stays one: of a bend with one radius the points within turn alike.
 //!
 //! Where arcs of half the edges would have a radius of 600 m or more, they are these: such a bend
-//! limits nobody, and a sharper one would. The share of [`Rounding::LIKELY`] is the one for which the consumption on random roads with radii
-//! of 50 to 2000 m, thinned by 1 to 20 m or to a point each 50 to 500 m, came out nearest to that of
-//! the whole road (`scripts/thinned_roads.py`).
+//! limits nobody, and a sharper one would. The share of [`Rounding::LIKELY`] is the one for which
+//! the consumption on random roads with radii of 50 to 2000 m, thinned by 1 to 20 m or to a point
+//! each 50 to 500 m, came out nearest to that of the whole road (`scripts/thinned_roads.py`).
 
 /// Points with a shorter edge stay as they are, in m: curvature is averaged over so much.
 const SHORT_M: f64 = 45.0;
@@ -20,7 +21,7 @@ const SHORT_M: f64 = 45.0;
 const STRAIGHT_RAD: f64 = 0.01;
 /// Turns about which no arc is laid, in rad: the way goes back.
 const BACK_RAD: f64 = 2.6;
-/// What the points beside one have to turn along with it, over its own turn, for a bend.
+/// Turn that the points beside one need along with it, over its own turn, for a bend.
 const ALONG: f64 = 0.5;
 /// Points beside one count that are not farther away than the nearer one, times this.
 const NEAR: f64 = 1.5;
@@ -58,7 +59,7 @@ pub struct RoundedPath {
     pub x_m: Vec<f64>,
     /// To the north, in m.
     pub y_m: Vec<f64>,
-    /// Which of the points each given one became: of an arc, its middle.
+    /// Index of the point that each given one became: of an arc, its middle.
     pub given: Vec<usize>,
     /// How many points were rounded.
     pub rounded: usize,

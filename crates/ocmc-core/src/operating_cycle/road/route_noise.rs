@@ -184,7 +184,7 @@ impl OnGrid {
         (0..self.count).map(move |k| k as f64 * step_m)
     }
 
-    /// What is fitted, at each datum.
+    /// Fitted value at each datum.
     fn at_data(&self, nodes: &[f64]) -> Vec<f64> {
         let at = |(k, share): &(usize, f64)| nodes[*k] + share * (nodes[k + 1] - nodes[*k]);
         self.places.iter().map(at).collect()

@@ -27,7 +27,7 @@ pub struct RoughnessModel {
     pub shape: f64,
 }
 
-/// What the road is made of.
+/// Material of the road surface.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]

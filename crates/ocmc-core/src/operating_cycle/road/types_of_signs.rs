@@ -4,8 +4,8 @@
 //! seen of them (`speed_sign.rs`). A stretch of one sign has, under a type, the likelihood
 //! exp(-q L), q the rate at which the sign changes; a change of the sign has that of its rate where
 //! the type stays, and where it changes that of the type's end times the share of the new sign.
-//! Between signs a type may end, too, unseen: at places up to 250 m apart. A stretch of a type is at
-//! least as long as its shortest one.
+//! Between signs a type may end, too, unseen: at places up to 250 m apart. A stretch of a type is
+//! at least as long as its shortest one.
 //!
 //! The weights of all beginnings up to a place are summed forward, and types are drawn backward
 //! from the end of the road: draws from the exact law, but for the places between signs.
@@ -59,7 +59,7 @@ struct Begun {
     weight: f64,
 }
 
-/// What may happen to a type at a place.
+/// Rates of the changes of a type at a place.
 #[derive(Clone, Copy)]
 struct Rates {
     /// It ends, by probability, or per m where a sign stands.
@@ -70,7 +70,7 @@ struct Rates {
     changes: f64,
 }
 
-/// What the signs of one type say of a sign.
+/// Evidence of the signs of one type on a sign.
 struct Seen {
     share: f64,
     /// Rate of its change to any other, per m.
@@ -276,7 +276,7 @@ fn stretches(
     stretches
 }
 
-/// What the signs of each type say of one. A type without it never holds it for longer than one
+/// Evidence of the signs of each type on one. A type without it never holds it for longer than one
 /// that has it would.
 fn seen(signs: &[SpeedSignChain], speed_mps: f64) -> Vec<Seen> {
     let exit_per_m = |signs: &SpeedSignChain| {

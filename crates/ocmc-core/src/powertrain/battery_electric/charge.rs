@@ -37,7 +37,7 @@ impl BatteryModel {
         self.maximum_charge - CUT_OFF * self.charge_fade
     }
 
-    /// What a charger does from a state of charge on; `course` gets how it goes on.
+    /// Charge by a charger from a state of charge on; `course` gets how it goes on.
     pub fn charged_by(&self, plug: &Plug, charge: f64, course: &mut ChargeCourse) -> Charge {
         let end = plug.end_at.min(self.full_charge());
         let mut done = Charge::default();
@@ -180,7 +180,8 @@ mod tests {
 
     #[test]
     fn a_linear_taper_takes_a_logarithm() {
-        // 300 kW up to 0.85, then P = 300 kW (0.9 − s) / 0.05: t = E 0.05 / 300 kW ln(0.05 / (0.9 − s))
+        // 300 kW up to 0.85, then P = 300 kW (0.9 − s) / 0.05: t = E 0.05 / 300 kW ln(0.05 / (0.9 −
+        // s))
         let pack = ideal();
         let seconds = pack.capacity_j / 300e3;
         let closed_s = |from: f64, to: f64| seconds * 0.05 * ((0.9 - from) / (0.9 - to)).ln();

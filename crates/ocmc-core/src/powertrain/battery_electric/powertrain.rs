@@ -40,7 +40,7 @@ pub struct BatteryState<S: Simd> {
     /// charged, in J.
     plug_power: Lanes<S>,
     carried: Lanes<S>,
-    /// What they can give and take now.
+    /// Limits of power that they can give and take now.
     pub(in crate::powertrain) limits: BatteryLimits<S>,
     /// Their temperatures, where they have any.
     pub(super) temperatures: Temperatures<S>,
@@ -66,9 +66,9 @@ impl BatteryElectricPowertrain {
         torque
     }
 
-    /// Draws a step of the shaft from the battery, and books `auxiliary` as the power of the auxiliaries,
-    /// in W, of which another source may feed a part. Returns the torque and the power at the battery's
-    /// terminals.
+    /// Draws a step of the shaft from the battery, and books `auxiliary` as the power of the
+    /// auxiliaries, in W, of which another source may feed a part. Returns the torque and the power
+    /// at the battery's terminals.
     #[inline(always)]
     pub(in crate::powertrain) fn draw<S: Simd>(
         &self,

@@ -21,15 +21,15 @@ const WHOLE: f64 = 1.0 - 1e-9;
 /// Temperatures, and what has changed them.
 #[derive(Clone, Debug)]
 pub(super) struct Temperatures<S: Simd> {
-    /// Of the batteries, in K.
+    /// Temperature of the batteries, in K.
     battery: Lanes<S>,
-    /// Of the air, in K.
+    /// Temperature of the air, in K.
     air: Lanes<S>,
     /// Power of the auxiliaries without heater and cooler, in W.
     pub(super) auxiliary: Lanes<S>,
     /// Heat that heater and cooler bring now, in W.
     heat: Lanes<S>,
-    /// What they have taken, in J.
+    /// Energy that they have taken, in J.
     taken: Lanes<S>,
     /// Driving time, in s, and heat of the battery, in J, that have been seen.
     seen_s: Lanes<S>,
@@ -37,7 +37,7 @@ pub(super) struct Temperatures<S: Simd> {
 }
 
 impl<S: Simd> Temperatures<S> {
-    /// Those of batteries that have none.
+    /// Temperatures of batteries that have none.
     pub(super) fn none(simd: S) -> Self {
         let zero = Lanes::splat(simd, 0.0);
         Self {

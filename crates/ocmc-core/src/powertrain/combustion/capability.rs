@@ -1,5 +1,5 @@
-//! What an engine behind its gearbox can: where its clutch may slip, what a body may take, its rated
-//! speed, and how it brakes a truck that coasts.
+//! Capability of an engine behind its gearbox: where its clutch may slip, what a body may take, its
+//! rated speed, and how it brakes a truck that coasts.
 
 use super::CombustionPowertrain;
 use crate::lanes::one;

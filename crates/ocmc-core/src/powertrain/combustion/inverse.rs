@@ -48,7 +48,7 @@ struct Fit {
     drag_nm: f64,
 }
 
-/// What an engine does in a step.
+/// Work of an engine in a step.
 #[derive(Clone, Copy)]
 struct Work {
     /// Torque of the engine, in Nm.
@@ -170,7 +170,7 @@ impl<'a> InverseCombustion<'a> {
         }
     }
 
-    /// What the engine does in a step that is carried so.
+    /// Work of the engine in a step that is carried so.
     fn work(&self, fit: &Fit, step: &SpeedStep) -> Work {
         let CombustionPowertrain { engine, engine_model: model, losses, .. } = self.powertrain;
         let gear = &self.powertrain.gears[fit.gear];

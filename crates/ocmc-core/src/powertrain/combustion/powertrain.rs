@@ -32,7 +32,7 @@ pub struct CombustionPowertrain {
     pub(super) axle_per_m: f64,
     /// Engine-brake torque for each rad/s, in Nm s.
     pub(super) engine_brake_nms: f64,
-    /// What is lost between gearbox and wheels.
+    /// Losses between gearbox and wheels.
     pub losses: DrivelineLosses,
 }
 
@@ -57,7 +57,7 @@ pub struct CombustionState<S: Simd> {
 /// Engine torques of one stage, in Nm.
 #[derive(Clone, Copy)]
 pub struct CombustionStage<S: Simd> {
-    /// What the engine's torque follows.
+    /// Command that the engine's torque follows, in Nm.
     command: Lanes<S>,
     full_load: Lanes<S>,
     drag: Lanes<S>,
@@ -330,8 +330,8 @@ impl Powertrain for CombustionPowertrain {
         let full_load = state.curves.full_load_nm(engine_speed);
         let drag = drag_0 + drag_1 * engine_speed;
         let command = drag + demand.accelerator * (full_load - drag);
-        // grip: what the driven axles cannot hold behind all losses the engine does not give, beside
-        // its auxiliaries; what the driver does not let, neither: a torque is cut at once
+        // grip: what the driven axles cannot hold behind all losses the engine does not give,
+        // beside its auxiliaries; what the driver does not let, neither: a torque is cut at once
         let auxiliary = state.auxiliary_power * demand.air * inverse;
         let held = self.losses.driving_torques_nm(gear, demand.speed, demand.traction);
         let full_load = full_load.at_most(held + auxiliary);

@@ -138,7 +138,7 @@ impl BatteryModel {
         clip(room, 0.0, 1.0) * limits.charge_power
     }
 
-    /// What a power at the terminals, in W, does to the store; beyond the highest power the current
+    /// Flow of the store at a power at the terminals, in W; beyond the highest power the current
     /// stays at its peak.
     pub fn flow(&self, charge: f64, power_w: f64) -> BatteryFlow {
         let charge = one(charge);
@@ -187,7 +187,7 @@ impl BatteryModel {
     }
 }
 
-/// What batteries can give and take as they are now, lane by lane.
+/// Limits of power that batteries can give and take as they are now, lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub struct BatteryLimits<S: Simd> {
     /// Internal resistance, in Ω.
@@ -201,7 +201,7 @@ pub struct BatteryLimits<S: Simd> {
 }
 
 impl<S: Simd> BatteryLimits<S> {
-    /// Those of one battery in all lanes.
+    /// Limits of one battery in all lanes.
     #[inline(always)]
     pub fn of(simd: S, battery: &BatteryModel) -> Self {
         let all = |value| Lanes::splat(simd, value);
@@ -231,7 +231,7 @@ impl<S: Simd> BatteryLimits<S> {
 /// A little less than a quarter: at U²/4R the current would double for nothing.
 const BELOW_QUARTER: f64 = 0.249;
 
-/// What a power at the terminals does to the store.
+/// Flow of the store at a power at the terminals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryFlow {
     /// Power that the store loses, U I, in W; negative while it is charged.

@@ -16,7 +16,7 @@ pub struct Clutch {
     pub open_radps: f64,
 }
 
-/// What a clutch does in a step.
+/// State of a clutch in a step.
 #[derive(Clone, Copy)]
 pub struct Engagement<S: Simd> {
     /// Flag: it is closed.
@@ -28,7 +28,7 @@ pub struct Engagement<S: Simd> {
 }
 
 impl Clutch {
-    /// Of a gearbox and an engine with that idle speed.
+    /// Clutch of a gearbox and an engine with that idle speed.
     pub fn new(shift: &ShiftModel, idle_radps: f64) -> Self {
         Self {
             launch_radps: shift.launch_speed_radps,
@@ -37,7 +37,7 @@ impl Clutch {
         }
     }
 
-    /// What it does at engine speeds that closed clutches would have, in rad/s. `slips_below`: the
+    /// Engagement at engine speeds that closed clutches would have, in rad/s. `slips_below`: the
     /// speed below which it may slip in the gear; `drives`: flag, there is torque to slip for.
     #[inline(always)]
     pub fn engage<S: Simd>(

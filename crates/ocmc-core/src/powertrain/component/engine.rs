@@ -56,8 +56,8 @@ pub struct EngineModel {
     /// Fuel, in kg/s: a row for each speed, a column for each torque; rows may end early.
     #[schemars(inner(inner(range(min = 0.0, max = 1.0))))]
     pub map_fuel_kgps: Vec<Vec<f64>>,
-    /// Speed of the engine while the body takes power at a stop (`mission.stops.power_take_off`), in
-    /// rad/s; absent: that of idling.
+    /// Speed of the engine while the body takes power at a stop (`mission.stops.power_take_off`),
+    /// in rad/s; absent: that of idling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 20.0, max = 400.0))]
     pub power_take_off_speed_radps: Option<f64>,
@@ -209,7 +209,8 @@ struct CurvePiece {
     /// [`Curves::full_load_nm`].
     bounds: CurveRow,
     /// Where the piece begins and ends, in rad/s, and the torque up to which the map has points, a
-    /// line over the speed: at rest, in Nm, without end below zero where it has none, and its slope.
+    /// line over the speed: at rest, in Nm, without end below zero where it has none, and its
+    /// slope.
     reach: [f64; 4],
 }
 

@@ -9,8 +9,8 @@
 //! power over what the road asks for, and with some acceleration left after the shift; no opposite
 //! shift for some time, no upshift just before the driver brakes (shift look-ahead); down when w <
 //! 88 + 20 a_p or when the pedal is down for 2 s and the truck slows below 136 rad/s; up when
-//! w > 219. Added here: both downshifts need a slowing truck, otherwise a truck that has just started
-//! in third gear shifts down while it accelerates through 84-108 rad/s.
+//! w > 219. Added here: both downshifts need a slowing truck, otherwise a truck that has just
+//! started in third gear shifts down while it accelerates through 84-108 rad/s.
 //!
 //! Checked: steady torque through axle, retarder and gearbox equals its closed form to 1e-6. In
 //! `tests/it/closed_loop.rs`: a truck of 40 t starts again on a climb of 6 %, in first gear, with a
@@ -96,7 +96,7 @@ impl GearboxModel {
         );
     }
 
-    /// What is lost on the way to the wheels; `axle_per_m`: axle ratio over wheel radius, in 1/m.
+    /// Losses on the way to the wheels; `axle_per_m`: axle ratio over wheel radius, in 1/m.
     pub fn losses(&self, axle_per_m: f64) -> DrivelineLosses {
         DrivelineLosses {
             gearbox_nm: self.loss_torque_nm,
@@ -394,7 +394,7 @@ impl DrivelineLosses {
     }
 }
 
-/// What the strategy looks at.
+/// Inputs of the shift strategy.
 #[derive(Clone, Copy, Debug)]
 pub struct ShiftInputs {
     /// Gear, from 0.
@@ -492,8 +492,9 @@ mod tests {
     fn two_gears() -> GearboxModel {
         serde_json::from_value(serde_json::json!({
             "ratio": [14.94, 1.0], "loss_torque_nm": 5.1,
-            "loss_torque_nms": 0.1, "loss_floor_nm": 200.0, "retarder_torque_nms2": 2e-4, "direct_loss_share": 0.005,
-            "indirect_loss_share": 0.02, "retarder_torque_nm": 10.0, "axle_ratio": 2.64,
+            "loss_torque_nms": 0.1, "loss_floor_nm": 200.0, "retarder_torque_nms2": 2e-4,
+            "direct_loss_share": 0.005, "indirect_loss_share": 0.02,
+            "retarder_torque_nm": 10.0, "axle_ratio": 2.64,
             "axle_loss_torque_nm": 40.0, "axle_loss_share": 0.015,
             "shift": { "duration_s": 1.0, "interval_s": 2.0, "minimum_speed_mps": 0.5,
                 "opposite_interval_s": 10.0, "before_ramp_s": 4.0,

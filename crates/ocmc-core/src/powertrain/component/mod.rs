@@ -1,5 +1,5 @@
-//! Components that powertrains are made of: a model of the study file, and the same prepared for the
-//! hot loop.
+//! Components that powertrains are made of: a model of the study file, and the same prepared for
+//! the hot loop.
 
 pub mod ageing;
 pub mod battery;

@@ -5,14 +5,14 @@
 //! C dT/dt = R I² + c_h P_h − c_c P_c − k (T − T_air)
 //! ```
 //!
-//! C is the heat capacity of cells and housing, P_h and P_c the electric powers of heater and cooler,
-//! c_h and c_c the heat that each J of them moves. From one look at it to the next the heat flows
-//! are their means: T tends to T_air + Q/k, by the factor e^(−k t/C). While a truck is driven it is
-//! looked at each 2 km, at rest each five minutes; in between resistance and limits stay as they
-//! are. Heater and cooler are on or off over such a span, and off at rest but at a charger.
+//! C is the heat capacity of cells and housing, P_h and P_c the electric powers of heater and
+//! cooler, c_h and c_c the heat that each J of them moves. From one look at it to the next the heat
+//! flows are their means: T tends to T_air + Q/k, by the factor e^(−k t/C). While a truck is driven
+//! it is looked at each 2 km, at rest each five minutes; in between resistance and limits stay as
+//! they are. Heater and cooler are on or off over such a span, and off at rest but at a charger.
 //!
-//! Cells and housing are one: heat comes out of the cells at once. Where a speed is followed exactly
-//! and in the depot, the battery is as its other keys say.
+//! Cells and housing are one: heat comes out of the cells at once. Where a speed is followed
+//! exactly and in the depot, the battery is as its other keys say.
 
 use super::battery::BatteryModel;
 use crate::validation::Problems;
@@ -59,10 +59,10 @@ pub struct ThermalModel {
     /// Resistance over `resistance_ohm`: a row for each temperature, a number for each charge.
     #[schemars(inner(inner(range(min = 0.1, max = 100.0))))]
     pub resistance_factor: Vec<Vec<f64>>,
-    /// What is left of `discharge_power_w` at each temperature.
+    /// Share of `discharge_power_w` that is left at each temperature.
     #[schemars(inner(range(min = 0.01, max = 1.0)))]
     pub discharge_share: Vec<f64>,
-    /// What is left of `charge_power_w` at each temperature.
+    /// Share of `charge_power_w` that is left at each temperature.
     #[schemars(inner(range(min = 0.01, max = 1.0)))]
     pub charge_share: Vec<f64>,
 }
@@ -111,7 +111,8 @@ impl ThermalModel {
         air_k.max(self.heat_below_k).min(self.cool_above_k)
     }
 
-    /// Electric power of heater and cooler at a temperature, in W, and the heat that they bring, in W.
+    /// Electric power of heater and cooler at a temperature, in W, and the heat that they bring, in
+    /// W.
     pub fn conditioning_w(&self, temperature_k: f64, preconditions: bool) -> [f64; 2] {
         let warmer = self.precondition.as_ref().filter(|_| preconditions);
         let heat_below_k = warmer.map_or(self.heat_below_k, |warmer| warmer.up_to_k);
@@ -134,8 +135,8 @@ impl ThermalModel {
         at_last_k + (temperature_k - at_last_k) * libm::exp(-to_air * time_s / capacity)
     }
 
-    /// Resistance, in Ω, and the powers that a battery gives and takes, in W, at a temperature and a
-    /// state of charge.
+    /// Resistance, in Ω, and the powers that a battery gives and takes, in W, at a temperature and
+    /// a state of charge.
     pub fn limits_at(&self, battery: &BatteryModel, temperature_k: f64, charge: f64) -> [f64; 3] {
         let temperature = Place::of(&self.temperature_k, temperature_k);
         let column = Place::of(&self.charge, charge);

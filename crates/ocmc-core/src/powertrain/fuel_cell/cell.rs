@@ -1,9 +1,9 @@
 //! A fuel-cell system: hydrogen over net electric power.
 //!
-//! Between a point of its map and none at all the system can be switched on and off, and between two
-//! points it can change to and fro: what it takes in the mean is the lower convex envelope of its map,
-//! a maximum of straight lines. That is VECTO's splitting of time below the best point, for the whole
-//! map. What pumps and compressors take is in the map.
+//! Between a point of its map and none at all the system can be switched on and off, and between
+//! two points it can change to and fro: what it takes in the mean is the lower convex envelope of
+//! its map, a maximum of straight lines. That is VECTO's splitting of time below the best point,
+//! for the whole map. What pumps and compressors take is in the map.
 
 use crate::distribution::Quantity;
 use crate::energy::Carrier;

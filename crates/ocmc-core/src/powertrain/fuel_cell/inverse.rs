@@ -1,5 +1,5 @@
-//! A fuel-cell powertrain in the backward mode: that of a battery-electric one, whose battery the cell
-//! feeds by the same rule.
+//! A fuel-cell powertrain in the backward mode: that of a battery-electric one, whose battery the
+//! cell feeds by the same rule.
 
 use super::FuelCellPowertrain;
 use crate::energy::ledger::{Ledger, Mode, Term};
@@ -45,7 +45,7 @@ impl InversePowertrain for InverseFuelCell<'_> {
         &[Term::Battery, Term::CellInput]
     }
 
-    /// What the step draws, as if the battery gave all of it.
+    /// Energy that the step draws, as if the battery gave all of it.
     fn cost(&self, step: &SpeedStep, force_n: f64, shaft_radps: f64) -> StepCost {
         self.electric.cost(step, force_n, shaft_radps)
     }

@@ -1,12 +1,12 @@
-//! A fuel-cell truck: motor and battery of a battery-electric one, and a fuel cell with its tank that
-//! feed them.
+//! A fuel-cell truck: motor and battery of a battery-electric one, and a fuel cell with its tank
+//! that feed them.
 //!
 //! The cell follows the mean demand and brings the battery back to a target of its charge
 //! ([`split`]). It takes hydrogen by the lower convex envelope of its map ([`cell`]).
 //!
-//! Checked: the energy balance closes to 1e-9, hydrogen is what the map says of the cell's power, the
-//! battery stays near its target, and the consumption at 40 t on VECTO's LongHaul lies among published
-//! ones (`tests/it/fuel_cell.rs`).
+//! Checked: the energy balance closes to 1e-9, hydrogen is what the map says of the cell's power,
+//! the battery stays near its target, and the consumption at 40 t on VECTO's LongHaul lies among
+//! published ones (`tests/it/fuel_cell.rs`).
 
 pub mod cell;
 mod inverse;

@@ -1,8 +1,8 @@
 //! Fuel cell, battery and motor, in the step of the kernel.
 //!
-//! To motor and battery the cell's power is auxiliaries of the other sign: the battery sees A − P. It
-//! is decided where a step begins, and held over it. Hydrogen, its energy and the cell's loss are
-//! integrated each on its own.
+//! To motor and battery the cell's power is auxiliaries of the other sign: the battery sees A − P.
+//! It is decided where a step begins, and held over it. Hydrogen, its energy and the cell's loss
+//! are integrated each on its own.
 
 use super::FuelCellModel;
 use super::cell::Cell;

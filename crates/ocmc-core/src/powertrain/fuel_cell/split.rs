@@ -31,8 +31,8 @@ pub struct SplitModel {
 }
 
 impl SplitModel {
-    /// Power of the cell, in W: `demand` behind its filter and `auxiliary`, in W, `power_w` the cell's
-    /// highest.
+    /// Power of the cell, in W: `demand` behind its filter and `auxiliary`, in W, `power_w` the
+    /// cell's highest.
     #[inline(always)]
     pub fn cell_powers_w<S: Simd>(
         &self,
@@ -47,8 +47,8 @@ impl SplitModel {
         wanted.at_least(0.0).at_most(most)
     }
 
-    /// The filtered demand after some time, in s, with a demand, in W: the implicit step of the filter,
-    /// which no length makes unstable.
+    /// The filtered demand after some time, in s, with a demand, in W: the implicit step of the
+    /// filter, which no length makes unstable.
     #[inline(always)]
     pub fn followed_w<S: Simd>(
         &self,

@@ -17,8 +17,8 @@ pub(crate) fn field_truck_model() -> StudyModel {
     study.remove("judged");
     vehicle.remove("judged");
     study.insert("vehicle".to_owned(), vehicle.into());
-    // by the core's reader: what serde makes of a whole study for another one takes half a minute to
-    // compile
+    // by the core's reader: what serde makes of a whole study for another one takes half a minute
+    // to compile
     StudyModel::from_tree(&serde_json::to_value(study).unwrap()).unwrap()
 }
 

@@ -82,7 +82,8 @@ impl CurveTable {
             if rate.is_nan() { "-".to_owned() } else { format!("{rate:.2}") }
         });
         format!(
-            "| {what} | {:.0} | {:.2} | {slow} | {middle} | {fast} | {:.0} | {mean_m:.0} | {sd:.2} |",
+            "| {what} | {:.0} | {:.2} | {slow} | {middle} | {fast} | {:.0} | {mean_m:.0} | {sd:.2} \
+             |",
             self.km(),
             self.per_km(),
             self.geometric_mean_m(),
@@ -93,7 +94,8 @@ impl CurveTable {
 /// Head of the table.
 pub(crate) fn head() -> String {
     format!(
-        "| | km | R < 500 m per km | {} | {} | {} | geometric mean R, m | of 20-500 m | SD(ln R) of 20-500 m |\n|---|---|---|---|---|---|---|---|---|",
+        "| | km | R < 500 m per km | {} | {} | {} | geometric mean R, m | of 20-500 m | SD(ln R) \
+         of 20-500 m |\n|---|---|---|---|---|---|---|---|---|",
         CLASSES[0], CLASSES[1], CLASSES[2]
     )
 }

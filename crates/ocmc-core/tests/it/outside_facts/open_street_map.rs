@@ -24,7 +24,7 @@ pub(crate) struct Line {
     points: Vec<[f64; 2]>,
     /// Limit from each point to the next, in km/h.
     limits: Vec<f64>,
-    /// What has to be equal for two ways to be one road.
+    /// Values that have to be equal for two ways to be one road.
     road: (String, String, bool),
 }
 

@@ -36,7 +36,7 @@ fn road(study: &Study, cycle_id: u64) -> Road {
     Road { route: None, ..study.sample(1, cycle_id).cycle.road }
 }
 
-/// What is known of a drawn road where its parts are lacking.
+/// Known parts of a drawn road, where others are lacking.
 fn given(road: &Road, names: &[String]) -> GivenCycle {
     let types = road.sections.iter().map(|s| (s.start_m, names[s.road_type].clone()));
     let limits = road.signs.iter().map(|sign| (sign.start_m, sign.speed_mps)).collect();

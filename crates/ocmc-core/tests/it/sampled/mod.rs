@@ -1,6 +1,6 @@
-//! What the default study samples, against the laws that its file and the guide state: each sampled
-//! quantity that has no test beside its model, and that freezing a factor or turning a part off
-//! changes nothing else.
+//! Samples of the default study, against the laws that its file and the guide state: each sampled
+//! quantity that has no test beside its model. Freezing a factor or turning a part off changes
+//! nothing else.
 
 mod drawn_part;
 mod driver;

@@ -19,7 +19,7 @@ fn bits(value: &impl Debug) -> String {
     format!("{value:?}")
 }
 
-/// What each factor decides, free of what the others do to it.
+/// Groups of the quantities that each factor decides, free of the effects of the others.
 struct Groups {
     road: String,
     weather: String,

@@ -1,5 +1,5 @@
-//! The emulator of simulated fleets: means and variances of a trip's responses by what is known of it
-//! and by the scores of judged numbers.
+//! The emulator of simulated fleets: means and variances of a trip's responses by what is known of
+//! it and by the scores of judged numbers.
 //!
 //! ln y_j ≈ xᵀ C_j (1, z) + Σ_{i<j} b_ji e_i,   ln σ²_j ≈ xᵀ D_j (1, z),   x = (1, g, g², ln L)
 //!
@@ -156,8 +156,8 @@ impl Emulator {
         residuals.iter().enumerate().map(|(j, r)| r - explained(j)).collect()
     }
 
-    /// Discrepancy of each response between a study of the design and a real fleet, SD of ln: what the
-    /// scores leave between members, or the least.
+    /// Discrepancy of each response between a study of the design and a real fleet, SD of ln: what
+    /// the scores leave between members, or the least.
     pub fn discrepancies(&self) -> Vec<f64> {
         let of = |(mean, response): (&Surface, &Response)| {
             libm::sqrt(mean.lack_of_fit).max(response.least_discrepancy())
@@ -187,8 +187,8 @@ impl Emulator {
         Residuals { residuals: self.less_given(&raw), variances }
     }
 
-    /// Derivatives of the expectations by the scores and by the shifts, and of the logarithms of the
-    /// variances.
+    /// Derivatives of the expectations by the scores and by the shifts, and of the logarithms of
+    /// the variances.
     pub(super) fn slopes(&self, row: &TotalsRow, discrepancies: &[f64]) -> Slopes {
         let x = self.x(row);
         let responses = self.means.len();

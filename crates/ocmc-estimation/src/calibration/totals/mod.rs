@@ -1,11 +1,12 @@
-//! Judged numbers of a study from the totals of a fleet's trips: an emulator of simulated fleets, and
-//! the numbers that are most probable with it (Laplace's approximation).
+//! Judged numbers of a study from the totals of a fleet's trips: an emulator of simulated fleets,
+//! and the numbers that are most probable with it (Laplace's approximation).
 //!
 //! Members of a design are fleets whose judged numbers have scores z; their trips are regressed on
-//! what a table knows of a trip and on z ([`Emulator`]). The rows of a table then have a likelihood,
-//! z has the prior N(0, 1), and the discrepancy between any study and a real fleet has one, too
-//! ([`Posterior`]). Emulators of simulations with a discrepancy: M. C. Kennedy, A. O'Hagan, Bayesian
-//! calibration of computer models, Journal of the Royal Statistical Society B 63 (2001) \[PK\].
+//! what a table knows of a trip and on z ([`Emulator`]). The rows of a table then have a
+//! likelihood, z has the prior N(0, 1), and the discrepancy between any study and a real fleet has
+//! one, too ([`Posterior`]). Emulators of simulations with a discrepancy: M. C. Kennedy, A.
+//! O'Hagan, Bayesian calibration of computer models, Journal of the Royal Statistical Society B 63
+//! (2001) \[PK\].
 
 mod breaks;
 mod emulator;
@@ -32,9 +33,9 @@ impl Response {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Climb, Self::Speed, Self::Consumption];
 
-    /// Smallest SD of what a real fleet differs by from every study, of ln: 1 % in consumption and 2 %
-    /// in speed (judgement); of climbs, which maps and barometers count in ways of their own, 10 %
-    /// (judgement).
+    /// Smallest SD of what a real fleet differs by from every study, of ln: 1 % in consumption and
+    /// 2 % in speed (judgement); of climbs, which maps and barometers count in ways of their own,
+    /// 10 % (judgement).
     pub fn least_discrepancy(self) -> f64 {
         match self {
             Self::Climb => 0.1,
@@ -123,7 +124,8 @@ mod tests {
                 let off = (found.scores[k] - truth[k]) / sd[k];
                 assert!(off.abs() < 3.0 && sd[k] < 0.6, "{seed} {k}: {off} of {sd:?}");
             }
-            // what moves it is the noise that its small rest of information has: √(1 − 0.97²) = 0.24
+            // what moves it is the noise that its small rest of information has: √(1 − 0.97²) =
+            // 0.24
             assert!(found.scores[2].abs() < 0.6 && sd[2] > 0.95, "{:?} {sd:?}", found.scores);
         }
     }
@@ -175,8 +177,8 @@ mod tests {
             row.responses[2] += std::f64::consts::LN_2;
         }
         let (clean, spoilt) = (found(&emulator, &clean, 1.0), found(&emulator, &spoilt, 1.0));
-        // five rows at 2.5 SDs of 0.1 move the mean by 1.3 %, a score of 0.06 by 0.22, and the score of
-        // the slope beside it; at ln 2 they would move it by 0.58
+        // five rows at 2.5 SDs of 0.1 move the mean by 1.3 %, a score of 0.06 by 0.22, and the
+        // score of the slope beside it; at ln 2 they would move it by 0.58
         let moved = (clean.scores[0] - spoilt.scores[0]).abs();
         assert!(moved < 0.4, "{moved}");
         let far = spoilt.residuals.iter().filter(|r| r[0] > 4.0).count();

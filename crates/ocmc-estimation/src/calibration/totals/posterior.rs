@@ -1,8 +1,9 @@
 //! The scores of judged numbers that are most probable with the rows of a table.
 //!
-//! θ = (z, δ): scores z ~ N(0, 1), and a shift δ_j ~ N(0, d_j²) of each response that all rows share.
-//! −ln p = ½ |θ|² + w Σ_rows Σ_j ( ρ(r_j/σ_j) + ½ ln σ²_j ), with Huber's ρ of 2.5 SDs and w the share
-//! of the rows that count; by Fisher scoring, and its information is the inverse covariance.
+//! θ = (z, δ): scores z ~ N(0, 1), and a shift δ_j ~ N(0, d_j²) of each response that all rows
+//! share. −ln p = ½ |θ|² + w Σ_rows Σ_j ( ρ(r_j/σ_j) + ½ ln σ²_j ), with Huber's ρ of 2.5 SDs and w
+//! the share of the rows that count; by Fisher scoring, and its information is the inverse
+//! covariance.
 
 use super::emulator::Emulator;
 use super::{MemberEmulator, TotalsRow};

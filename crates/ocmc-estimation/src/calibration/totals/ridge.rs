@@ -1,11 +1,12 @@
-//! Ridge regression on (what is known of a trip) × (1, scores), its penalty by leaving out groups of
-//! members (cross-validation).
+//! Ridge regression on (what is known of a trip) × (1, scores), its penalty by leaving out groups
+//! of members (cross-validation).
 
 use nalgebra::{DMatrix, DVector};
 
 /// Groups of members, one of which is left out at a time.
 const GROUPS: usize = 10;
-/// Penalties that are tried, in rows: the largest leave nothing of the scores, where they say nothing.
+/// Penalties that are tried, in rows: the largest leave nothing of the scores, where they say
+/// nothing.
 const PENALTIES: [f64; 7] = [1.0, 10.0, 100.0, 1000.0, 1e4, 1e5, 1e6];
 
 /// Sums over the rows of a group of members.

@@ -15,7 +15,7 @@ const STEADY_MPS2: f64 = 0.05;
 /// Measured curves as columns of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveTable {
-    /// Who drove, or which truck: the groups of the analysis.
+    /// Driver or truck: the groups of the analysis.
     pub driver: Vec<String>,
     /// Radius of the curve, in m.
     pub radius_m: Vec<f64>,
@@ -31,7 +31,7 @@ pub struct CurveTable {
     /// Mean acceleration in the middle of the curve, in m/s², where it is known; NaN where this one
     /// is not.
     pub acceleration_mps2: Option<Vec<f64>>,
-    /// What lies around the curve, where it is known; NaN where a number is not.
+    /// Surroundings of the curve, where they are known; NaN where a number is not.
     pub around: Option<Vec<Surroundings>>,
 }
 

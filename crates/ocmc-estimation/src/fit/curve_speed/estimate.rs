@@ -402,7 +402,7 @@ impl Regression {
     }
 }
 
-/// What a regression with levels of drivers determines; estimates with their standard errors.
+/// Estimates that a regression with levels of drivers determines, with their standard errors.
 pub(super) struct Determined<'a> {
     /// Degrees of freedom of the residual.
     pub df: usize,
@@ -415,7 +415,7 @@ pub(super) struct Determined<'a> {
     /// Standard error of ln v₀ by drivers, and the correlation of the two errors.
     pub level_clustered: Option<(f64, f64)>,
     pub direction: Option<(f64, f64)>,
-    /// Of the drivers, up to a common number.
+    /// Effects of the drivers, up to a common number.
     pub effects: &'a [f64],
     pub residual_sd: f64,
 }
@@ -465,7 +465,7 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Of effects, with the number of curves of each; none with one driver.
+    /// Spread of effects, with the number of curves of each; none with one driver.
     pub(super) fn of(effects: &[f64], counts: &[usize]) -> Option<Self> {
         if effects.len() < 2 {
             return None;

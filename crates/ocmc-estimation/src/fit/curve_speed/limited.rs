@@ -85,8 +85,8 @@ pub(super) fn limited(
     let tobit = tobit.map(|fit| estimate(&fit, &seen, direction, warnings));
     if tobit.is_some() && at_limit > 0 && seen.rows.len() < FEW_CURVES * seen.drivers.len() {
         warnings.push(format!(
-            "with less than {FEW_CURVES} curves a driver the censored regression's intervals of exponent \
-             and residual cover some 90 %, not 95 %"
+            "with less than {FEW_CURVES} curves a driver the censored regression's intervals of \
+             exponent and residual cover some 90 %, not 95 %"
         ));
     }
     (tobit, Some(at_limit), below_limit)

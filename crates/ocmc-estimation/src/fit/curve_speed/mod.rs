@@ -19,8 +19,8 @@
 //! has curves.
 //!
 //! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The clustered errors take the
-//! curves of one driver as one observation (`cluster_robust.rs`): those of the paper take all curves
-//! as independent.
+//! curves of one driver as one observation (`cluster_robust.rs`): those of the paper take all
+//! curves as independent.
 
 mod curves;
 mod drivers;
@@ -43,7 +43,7 @@ use thiserror::Error;
 /// Level of all intervals.
 pub const LEVEL: f64 = 0.95;
 
-/// What to fit, and to which curves.
+/// Law to fit, and the curves for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveSpeedOptions {
     /// Reference radius R₀, in m.
@@ -56,8 +56,8 @@ pub struct CurveSpeedOptions {
     /// log, in m, and the truck must nowhere near have been slower than in them; none takes all
     /// curves.
     pub isolated_m: Option<f64>,
-    /// Curves with a smaller lateral acceleration v²/R are left out, in m/s²; 0 takes all. A detector
-    /// that works on lateral acceleration does not see them.
+    /// Curves with a smaller lateral acceleration v²/R are left out, in m/s²; 0 takes all. A
+    /// detector that works on lateral acceleration does not see them.
     pub least_lateral_mps2: f64,
     /// The exponent that `fixed` takes, and that is tested.
     pub fixed_exponent: f64,
@@ -122,8 +122,8 @@ pub enum CurveSpeedFitError {
     },
     /// Fewer curves than the model needs.
     #[error(
-        "{curves} curves of {drivers} drivers are too few{}; allowed are {needed} or more of as many \
-         drivers",
+        "{curves} curves of {drivers} drivers are too few{}; allowed are {needed} or more of as \
+         many drivers",
         one_each(*curves, *drivers)
     )]
     TooFewCurves {
@@ -136,18 +136,20 @@ pub enum CurveSpeedFitError {
     },
     /// No two radii differ.
     #[error(
-        "all curves have the same radius, so that they tell nothing about the exponent; allowed are two radii or more"
+        "all curves have the same radius, so that they tell nothing about the exponent; allowed \
+         are two radii or more"
     )]
     OneRadius,
     /// Radius and driver cannot be separated.
     #[error(
-        "the radius is the same in all curves of a driver, so that exponent and drivers cannot be separated; \
-         allowed are drivers of whom at least one drove two radii"
+        "the radius is the same in all curves of a driver, so that exponent and drivers cannot be \
+         separated; allowed are drivers of whom at least one drove two radii"
     )]
     RadiusOfDriver,
     /// Free curves are asked for, and nothing says which are free.
     #[error(
-        "nothing says how far the curves are from others: columns gap_before_m and gap_after_m, as `ocmc curves` writes them"
+        "nothing says how far the curves are from others: columns gap_before_m and gap_after_m, as \
+         `ocmc curves` writes them"
     )]
     NoGaps,
 }
@@ -179,7 +181,7 @@ pub struct CurveSpeedFit {
     pub radius_filter_m: [f64; 2],
     /// Rows left out, by reason.
     pub dropped: Dropped,
-    /// What does not stop the fit and has to be known.
+    /// Facts that do not stop the fit and have to be known.
     pub warnings: Vec<String>,
     /// Analysis of variance with sequential sums of squares, of the model with all terms.
     pub anova: Vec<VarianceRow>,
@@ -237,8 +239,8 @@ pub fn fit(
     let fixed = chosen.with_exponent(options.fixed_exponent);
     if curves.drivers.len() == 1 {
         warnings.push(
-            "there is one driver only: how drivers differ is not determined, `driver_sd` stays that \
-             of the base study"
+            "there is one driver only: how drivers differ is not determined, `driver_sd` stays \
+             that of the base study"
                 .into(),
         );
     }
@@ -248,8 +250,9 @@ pub fn fit(
     let (random_intercept, random_slope) = drivers::random_effects(&curves, kept, &mut warnings);
     if let Some(mixed) = random_intercept.as_ref().filter(|_| estimated.lacks_clusters()) {
         warnings.push(
-            "fewer than three drivers say something of how well the exponent is known: its interval \
-             by drivers is that of the mixed model (REML), which takes the exponent as one for all"
+            "fewer than three drivers say something of how well the exponent is known: its \
+             interval by drivers is that of the mixed model (REML), which takes the exponent as \
+             one for all"
                 .into(),
         );
         estimated = estimated.with_errors_of(mixed);
@@ -308,9 +311,9 @@ fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
 
 impl CurveSpeedFit {
     /// The population of drivers as a study has it: that of the `censored` regression where it is
-    /// given, otherwise that of `estimated`, both with the spread between drivers by REML. What curves do
-    /// not determine (the guard's lateral acceleration, the uncertainty switch, the replicates,
-    /// with one driver the spread between drivers) stays as it is in `model`.
+    /// given, otherwise that of `estimated`, both with the spread between drivers by REML. What
+    /// curves do not determine (the guard's lateral acceleration, the uncertainty switch, the
+    /// replicates, with one driver the spread between drivers) stays as it is in `model`.
     pub fn population(
         &self,
         censored: Option<&CurveSpeedEstimate>,

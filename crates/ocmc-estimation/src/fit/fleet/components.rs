@@ -15,7 +15,7 @@ use crate::fit::profile_interval::sd_interval;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-/// What a search has to promise to go on, in −2 l.
+/// Improvement that a search has to promise to go on, in −2 l.
 const TOLERANCE: f64 = 1e-11;
 /// As [`TOLERANCE`], for a point of a profile.
 const PROFILE_TOLERANCE: f64 = 1e-6;
@@ -66,9 +66,9 @@ pub struct VarianceComponent {
 
 /// The estimated SDs.
 pub(crate) struct Components {
-    /// Of trucks, drivers and trips; 0 for a level that there is not.
+    /// SDs of trucks, drivers and trips; 0 for a level that there is not.
     pub(crate) sd: [f64; 3],
-    /// Which of them are estimated and not 0.
+    /// Components that are estimated and not 0.
     pub(crate) free: Vec<usize>,
     /// Covariance of the logarithms of these; none where the likelihood does not bend.
     pub(crate) log_covariance: Option<DMatrix<f64>>,

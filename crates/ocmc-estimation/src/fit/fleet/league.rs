@@ -23,7 +23,7 @@ use serde::Serialize;
 pub struct League {
     /// `truck`, `driver` or `truck_and_driver`.
     pub level: &'static str,
-    /// Which end stands first.
+    /// End that stands first.
     pub best: Best,
     /// How likely the first one is truly the first.
     pub first_is_first: f64,
@@ -50,7 +50,7 @@ pub struct LeagueMember {
     pub effect: f64,
     /// Standard error of that: the root of the variance of its error.
     pub standard_error: f64,
-    /// What its mean would be with the trips of the fleet: mean of the fleet and effect.
+    /// Mean that it would have with the trips of the fleet: mean of the fleet and effect.
     pub predicted: f64,
     /// 1 less the variance of the error over that between members: 0 nothing is known, 1 all.
     pub reliability: f64,
@@ -91,7 +91,7 @@ pub(crate) fn leagues(
     families.iter().zip(counts).map(of).collect()
 }
 
-/// What is counted over the draws.
+/// Counts over the draws.
 struct Counts {
     best: Best,
     /// Members in the order of their predictions.

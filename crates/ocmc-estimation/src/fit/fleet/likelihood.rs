@@ -16,7 +16,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use ocmc_core::random::Draws;
 use std::f64::consts::PI;
 
-/// What the ratios θ leave of the rows.
+/// Rest of the rows after the ratios θ.
 pub(crate) struct Profile {
     /// ln|A| + ln|XᵀV⁻¹X|.
     log_determinant: f64,
@@ -111,7 +111,7 @@ impl Trips {
         Some(Eliminated { pivots, dense, rhs })
     }
 
-    /// What the ratios leave; none where a fixed effect is not determined.
+    /// Profile at the ratios; none where a fixed effect is not determined.
     pub(crate) fn profile(&self, theta: [f64; 2]) -> Option<Profile> {
         let p = self.width;
         let mut gram = self.gram.clone();
@@ -196,7 +196,7 @@ pub(crate) struct Combination {
     pub(crate) variance: f64,
 }
 
-/// What is known of the effects of trucks and drivers once the SDs are taken as given: jointly
+/// Distribution of the effects of trucks and drivers once the SDs are taken as given: jointly
 /// normal, with the best linear unbiased predictions as means and the variances of their errors.
 ///
 /// Source: G. K. Robinson, That BLUP is a good thing: the estimation of random effects, Statistical
@@ -285,7 +285,7 @@ impl<'a> Posterior<'a> {
         self.response[family][level * p..][..p].copy_from_slice(&solved[..p]);
     }
 
-    /// What is known of `fixed`ᵀβ + Σ cᵢ bᵢ; each term has its family, level and c.
+    /// Distribution of `fixed`ᵀβ + Σ cᵢ bᵢ; each term has its family, level and c.
     pub(crate) fn combine(&self, fixed: &[f64], terms: &[(usize, usize, f64)]) -> Combination {
         let p = self.trips.width;
         let mut mean = self.trips.shift * fixed[0];

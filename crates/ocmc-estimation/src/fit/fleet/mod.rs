@@ -35,7 +35,7 @@ pub use trips::{FleetDesign, FleetTable};
 /// Rows that do not count, by reason.
 pub type Dropped = BTreeMap<&'static str, usize>;
 
-/// Which end of a quantity is the good one.
+/// Good end of a quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Best {
@@ -47,7 +47,7 @@ pub enum Best {
 }
 
 impl Best {
-    /// What is smallest for the best.
+    /// Key that is smallest for the best.
     fn key(self, value: f64) -> f64 {
         match self {
             Self::Lowest => value,
@@ -56,7 +56,7 @@ impl Best {
     }
 }
 
-/// Which trips count, and what is asked of them.
+/// Trips that count, and the questions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FleetOptions {
     /// Drivers are numbered within each truck: driver 1 of two trucks are two drivers.
@@ -71,7 +71,7 @@ pub struct FleetOptions {
     pub significance: f64,
     /// Trips of each truck in the next year; none for as many as in the records.
     pub next_trips: Option<u64>,
-    /// Which end of the quantity is the good one.
+    /// Good end of the quantity.
     pub best: Best,
     /// Draws of all effects for the league tables.
     pub draws: u64,
@@ -182,7 +182,7 @@ pub struct MonthEffect {
     pub standard_error: f64,
 }
 
-/// What the records of a fleet tell.
+/// Results from the records of a fleet.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FleetFit {
     /// Trips.
@@ -191,7 +191,7 @@ pub struct FleetFit {
     pub trucks: usize,
     /// Drivers; none where the records do not name them.
     pub drivers: Option<usize>,
-    /// Who drives what.
+    /// Design: the driver of each truck's trips.
     pub design: FleetDesign,
     /// Rows left out, by reason.
     pub dropped: Dropped,
@@ -214,7 +214,7 @@ pub struct FleetFit {
     pub leagues: Vec<League>,
     /// The year to come.
     pub next_year: NextYear,
-    /// What has to be known to read this.
+    /// Facts that have to be known to read this.
     pub notes: Vec<String>,
 }
 
@@ -317,7 +317,7 @@ fn plural(level: &str) -> &'static str {
     }
 }
 
-/// What has to be known to read the answers.
+/// Facts that have to be known to read the answers.
 fn notes(trips: &Trips, told: &[VarianceComponent], has_drivers: bool) -> Vec<String> {
     let mut notes = Vec::new();
     let who = match trips.design {

@@ -1,10 +1,11 @@
-//! What the same trucks will need next year, given this year's records.
+//! Prediction of the need of the same trucks next year, given this year's records.
 //!
-//! The mean of m further trips of a truck, by the drivers it has and in their shares, is normal with
-//! the truck's and the drivers' predictions as its mean; its variance is that of the error of these
-//! plus σ²/m. The SDs are estimated, so the interval is that of Student's law with Satterthwaite's
-//! degrees of freedom, 2 v²/(gᵀCg): v the variance, g its gradient by the logarithms of the SDs and C
-//! their covariance. What the estimated SDs add to the predictions' own errors is left out.
+//! The mean of m further trips of a truck, by the drivers it has and in their shares, is normal
+//! with the truck's and the drivers' predictions as its mean; its variance is that of the error of
+//! these plus σ²/m. The SDs are estimated, so the interval is that of Student's law with
+//! Satterthwaite's degrees of freedom, 2 v²/(gᵀCg): v the variance, g its gradient by the
+//! logarithms of the SDs and C their covariance. What the estimated SDs add to the predictions' own
+//! errors is left out.
 //!
 //! Source: F. G. Giesbrecht, J. C. Burns, Two-stage analysis based on a mixed model: large-sample
 //! asymptotic theory and small-sample simulation results, Biometrics 41 (1985), 477-486 \[PK\].
@@ -24,7 +25,7 @@ const NORMAL_DF: f64 = 1e4;
 /// A mean that is expected, with its interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Expected {
-    /// Whose; empty of the fleet and of a new truck.
+    /// Name of the truck or driver; empty of the fleet and of a new truck.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub label: String,
     /// Trips of which it is the mean.
@@ -39,7 +40,7 @@ pub struct Expected {
     pub ci95: [f64; 2],
 }
 
-/// What is expected of the next year.
+/// Expectation of the next year.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextYear {
     /// The mean of all trips of these trucks.

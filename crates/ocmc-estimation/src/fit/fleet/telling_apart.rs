@@ -20,7 +20,8 @@ use serde::Serialize;
 pub struct TellingApart {
     /// `truck`, `driver` or `truck_and_driver`.
     pub level: &'static str,
-    /// What the two do not share beside themselves: `nothing`, or so many drivers or trucks each.
+    /// Levels that the two do not share beside themselves: `nothing`, or so many drivers or trucks
+    /// each.
     pub apart: &'static str,
     /// How many of these each has; 0 of nothing.
     pub others: usize,

@@ -20,9 +20,9 @@ const DAY_S: f64 = 86_400.0;
 /// Trips as columns of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FleetTable {
-    /// Which truck; empty where it is missing.
+    /// Name of the truck; empty where it is missing.
     pub truck: Vec<String>,
-    /// Which driver; empty where it is missing.
+    /// Name of the driver; empty where it is missing.
     pub driver: Option<Vec<String>>,
     /// The quantity, NaN where it is missing.
     pub value: Vec<f64>,
@@ -36,7 +36,7 @@ pub struct FleetTable {
     pub completed: Option<Vec<bool>>,
 }
 
-/// Who drives what.
+/// Assignment of drivers to trucks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FleetDesign {
@@ -77,7 +77,7 @@ pub(crate) struct Block {
     pub(crate) kept_family: usize,
     pub(crate) kept: Vec<usize>,
     pub(crate) eliminated: Vec<usize>,
-    /// Of each eliminated level with which kept ones (by their places) it drove, and the weight.
+    /// Kept levels (by their places) with which each eliminated level drove, and the weight.
     pub(crate) cells: Vec<Vec<(usize, f64)>>,
 }
 
@@ -151,7 +151,7 @@ impl Labels {
     }
 }
 
-/// What is wrong with a row, if anything.
+/// Fault of a row, if any.
 fn fault(table: &FleetTable, k: usize, with_months: bool) -> Option<&'static str> {
     let weight = table.weight.as_ref().map_or(1.0, |weight| weight[k]);
     let departure = table.departure_s_of_year.as_ref().map_or(f64::NAN, |all| all[k]);
@@ -349,7 +349,7 @@ fn months(rows: &[Row], with_months: bool) -> Vec<usize> {
     months
 }
 
-/// Who drives what.
+/// Assignment of drivers to trucks in the records.
 fn design(
     pairs: &BTreeMap<[usize; 2], f64>,
     [trucks, drivers]: [usize; 2],

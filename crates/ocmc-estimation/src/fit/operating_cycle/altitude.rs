@@ -3,19 +3,19 @@
 //!
 //! The slope of a road is Y = m + σ_r s: its mean m, the SD σ_r of the road type, and a
 //! standardised state s of the correlation exp(−θ_r x) over the way x, which carries over where the
-//! type changes. Over the step L_s of the study it is a = cos(2π L_s/L_h) ([`TopographyModel::coefficient`]), so
-//! θ = −ln a/L_s. A slope that is constant on steps whose places nobody knows has the same
-//! covariance to (1 − a)²/8 of σ² \[D\]. Over x, with ρ = e^{−θx},
+//! type changes. Over the step L_s of the study it is a = cos(2π L_s/L_h)
+//! ([`TopographyModel::coefficient`]), so θ = −ln a/L_s. A slope that is constant on steps whose
+//! places nobody knows has the same covariance to (1 − a)²/8 of σ² \[D\]. Over x, with ρ = e^{−θx},
 //!
 //! - s' = ρ s + ε, z' = z + m x + σ (1 − ρ)/θ s + η,
 //! - Var ε = 1 − ρ², Cov(ε, η) = σ (1 − ρ)²/θ, Var η = 2σ²/θ² \[θx − 2(1 − ρ) + (1 − ρ²)/2\],
 //! - measured is z + d + e: the error d of a receiver fades with the time t, at rest, too,
 //!   d' = φ d + ζ with φ = e^{−t/T} and Var ζ = (1 − φ²) δ²; Var e = τ²/n of the mean of n rows.
 //!
-//! These are integrals of ds = −θ s dx + √(2θ) dW \[D\]. Kalman's filter over (z, s, m, d) gives the
-//! likelihood of all roads, with a prior of m that is flat beside any road: so the mean slope that
-//! a bridge to the net climb shifts takes no share of σ. A standstill has x = 0: it tells δ, T and τ and
-//! no slope. What lies between two measurements is unknown, however long it is.
+//! These are integrals of ds = −θ s dx + √(2θ) dW \[D\]. Kalman's filter over (z, s, m, d) gives
+//! the likelihood of all roads, with a prior of m that is flat beside any road: so the mean slope
+//! that a bridge to the net climb shifts takes no share of σ. A standstill has x = 0: it tells δ, T
+//! and τ and no slope. What lies between two measurements is unknown, however long it is.
 //!
 //! Below some 100 m, seams between types and the places of the steps would be taken for hills. So
 //! each measurement gets a known scatter of 0.3 m, drawn from a stream of its own, as that of whole

@@ -154,7 +154,7 @@ pub fn birds_eye_of_study<B>(
     ControlFlow::Continue(view.finish())
 }
 
-/// What has been seen of roads.
+/// View of roads.
 #[derive(Default)]
 struct View {
     length_m: f64,
@@ -213,7 +213,7 @@ impl View {
     }
 }
 
-/// What the classes come from.
+/// Counts from which the classes come.
 pub(super) struct Counted {
     pub(super) length_m: f64,
     pub(super) share_below: Option<[f64; 3]>,

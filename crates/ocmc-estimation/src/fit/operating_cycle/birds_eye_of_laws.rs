@@ -14,8 +14,8 @@
 //! - **Mission stops** are a renewal process: L/μ + (c² − 1)/2 of them in the mean, with the mean μ
 //!   and the coefficient of variation c of the spacing (Cox, Renewal Theory, 1962 \[PK\]).
 //!
-//! All of it is \[D\]. What is left out: the first stretch of a road is a fresh one, curves that are
-//! pushed over a road's end, and turns that begin within a turn.
+//! All of it is \[D\]. What is left out: the first stretch of a road is a fresh one, curves that
+//! are pushed over a road's end, and turns that begin within a turn.
 
 use super::birds_eye::{BirdsEye, Counted, SLOPES, SLOWING_RADIUS_M};
 use crate::fit::p_value::normal_probability;
@@ -82,9 +82,9 @@ pub fn birds_eye_of_laws(study: &Study) -> Option<BirdsEye> {
 #[allow(clippy::struct_field_names, reason = "a unit is the suffix of a name")]
 struct Events {
     per_m: f64,
-    /// Of them those at which a truck has to stop.
+    /// Events among them at which a truck has to stop, per m.
     stops_per_m: f64,
-    /// Of them those with a turn.
+    /// Events among them with a turn, per m.
     turns_per_m: f64,
 }
 
@@ -184,8 +184,8 @@ fn shares_below(study: &Study, length_m: f64) -> [f64; 3] {
     SLOPES.map(share_below)
 }
 
-/// Mean and coefficient of variation of a quantity whose draws below `least` are put there; of a law
-/// without closed quantiles its own mean, and the coefficient 1.
+/// Mean and coefficient of variation of a quantity whose draws below `least` are put there; of a
+/// law without closed quantiles its own mean, and the coefficient 1.
 fn mean_and_cv(quantity: &Quantity, least: f64) -> [f64; 2] {
     let law: &Law = match quantity {
         Quantity::Number(value) => return [value.max(least), 0.0],

@@ -120,8 +120,8 @@ pub(super) fn fit_intensity(
         estimates.warn(format_args!(
             "{n} curves under {signs} signs do not tell how their number follows the sign: the \
              exponent, {}, stays that of the base study, and `curves.per_m`, which holds at {:.0} \
-             km/h, is what goes with it (another exponent p changes it by the factor {:.2}^({} - p)) \
-             and has no standard error",
+             km/h, is what goes with it (another exponent p changes it by the factor {:.2}^({} - \
+             p)) and has no standard error",
             exponent,
             3.6 * reference_mps,
             libm::exp(away),

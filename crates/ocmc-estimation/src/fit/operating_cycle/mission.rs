@@ -168,8 +168,8 @@ fn fit_stops(
         estimates.push("standstills of the mission, mean in s", moments.mean, None, n);
         return estimates.warn(format_args!(
             "{n} standstills of {shortest_s} s or more do not tell how many of its stops are \
-             shorter, which a log does not tell from queues: distances and dwells of its stops stay \
-             those of the base study (a column map_object with mission_stop tells all)"
+             shorter, which a log does not tell from queues: distances and dwells of its stops \
+             stay those of the base study (a column map_object with mission_stop tells all)"
         ));
     }
     let base = model.stops.take();

@@ -78,7 +78,7 @@ pub enum RoadFitError {
     },
 }
 
-/// What the roads determine about one type.
+/// Parameters of one type that the roads determine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RoadTypeFit {
     /// Name of the type.
@@ -96,16 +96,16 @@ pub struct RoadFit {
     pub cycles: usize,
     /// Length, in m.
     pub length_m: f64,
-    /// What the roads' source determines.
+    /// Coverage of the roads' source.
     #[serde(rename = "told")]
     pub coverage: Coverage,
-    /// What each type's roads determine.
+    /// Fit of each type's roads.
     pub types: Vec<RoadTypeFit>,
     /// Turns at junctions, over all types; keys below `road`.
     pub junction_turn: Vec<StudyParameterFit>,
     /// Keys below `mission`.
     pub mission: Vec<StudyParameterFit>,
-    /// What does not stop the fit and has to be known.
+    /// Facts that do not stop the fit and have to be known.
     pub warnings: Vec<String>,
     /// The bird's-eye view of the roads.
     pub birds_eye: BirdsEye,
@@ -118,7 +118,7 @@ pub struct RoadFit {
     pub mission_model: MissionModel,
 }
 
-/// What a fit of roads says in a study.
+/// Fit of roads as a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FittedStudy<'a> {
     road: FittedRoad<'a>,
@@ -277,7 +277,7 @@ pub fn fit_with_coverage(
     })
 }
 
-/// What is not known, in words.
+/// Unknown parts, in words.
 fn undetermined(coverage: &Coverage) -> Vec<String> {
     [
         (coverage.signs, "no speed limits are known: signs stay those of the base study"),

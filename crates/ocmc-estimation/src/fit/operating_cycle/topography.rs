@@ -1,5 +1,5 @@
-//! Slopes: their SD, and hill length by the share of steps at which the slope changes its sign, L_h =
-//! 2 L_s / share.
+//! Slopes: their SD, and hill length by the share of steps at which the slope changes its sign, L_h
+//! = 2 L_s / share.
 //!
 //! Slopes are those beside the road's mean slope, which takes a share d of their variance with it.
 //! Of an autoregression of coefficient a over the n steps of a road of one type it is
@@ -24,9 +24,9 @@ const MOST: f64 = 0.9;
 /// Share from which on the roads are called short.
 const SHORT: f64 = 0.3;
 
-/// What the roads say of the slopes of one type.
+/// Slopes of one type by its roads.
 struct Slopes {
-    /// Of each road: squares, steps, changes of sign, pairs of steps.
+    /// Sums of each road: squares, steps, changes of sign, pairs of steps.
     sums: Vec<[f64; 4]>,
     /// Mean square, and share of the steps at which the sign changes.
     mean_square: Option<Ratio>,
@@ -125,7 +125,10 @@ pub(super) fn fit_slopes(
 ) {
     let slopes = Slopes::of(roads);
     let (Some(mean_square), Some(changes)) = (slopes.mean_square, slopes.changes) else {
-        estimates.warn("it is too short to tell about slopes, or none of them is known: they stay those of the base study");
+        estimates.warn(
+            "it is too short to tell about slopes, or none of them is known: they stay those of \
+             the base study",
+        );
         return;
     };
     let Some((variance, coefficient)) = slopes.law(share).filter(|law| law.0 > 0.0) else {
@@ -151,7 +154,10 @@ pub(super) fn fit_slopes(
         let error = relative(&changes).map(|e| e * hill);
         estimates.set("topography.hill_length_m", &mut model.hill_length_m, hill, error, steps);
     } else {
-        estimates.warn("the hill length of its slopes is below four steps, or endless: it stays that of the base study");
+        estimates.warn(
+            "the hill length of its slopes is below four steps, or endless: it stays that of the \
+             base study",
+        );
     }
     if share > SHORT {
         estimates.warn(format_args!(

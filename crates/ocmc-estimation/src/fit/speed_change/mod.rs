@@ -40,7 +40,7 @@ const ACCELERATION: [&str; 3] =
 /// Measured speed changes as columns of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpeedChangeTable {
-    /// Who drove.
+    /// Driver of each change.
     pub driver: Vec<String>,
     /// Kind of change, such as `70-to-40`.
     pub category: Vec<String>,
@@ -64,9 +64,10 @@ pub struct SpeedChangeOptions {
 }
 
 impl Default for SpeedChangeOptions {
-    /// The thresholds are the paper's. So is the most that the window can be: 10 km/h at the paper's
-    /// 1.06 m/s² take 2.6 s, and the hardest of eight drivers with its σ of 0.16 takes 2.1 s. The
-    /// times around the sign are judgement: a heavy truck from 40 to 70 km/h takes half a minute.
+    /// The thresholds are the paper's. So is the most that the window can be: 10 km/h at the
+    /// paper's 1.06 m/s² take 2.6 s, and the hardest of eight drivers with its σ of 0.16 takes 2.1
+    /// s. The times around the sign are judgement: a heavy truck from 40 to 70 km/h takes half a
+    /// minute.
     fn default() -> Self {
         Self {
             window_s: 2.0,
@@ -102,14 +103,15 @@ pub enum SpeedChangeError {
     NoChanges,
     /// No row counts.
     #[error(
-        "no speed change is left of {rows}: {within} lie within the thresholds, {missing} have no value"
+        "no speed change is left of {rows}: {within} lie within the thresholds, {missing} have no \
+         value"
     )]
     Nothing {
         /// Changes that came in.
         rows: usize,
-        /// Those within the thresholds.
+        /// Number within the thresholds.
         within: usize,
-        /// Those without a value.
+        /// Number without a value.
         missing: usize,
     },
 }
@@ -238,8 +240,8 @@ impl SpeedChangeFit {
         }
     }
 
-    /// Standard errors of the laws of a population, each with its key and the number: half of a 95 %
-    /// interval over its quantile, of the logarithm where it is a median. The interval of a law
+    /// Standard errors of the laws of a population, each with its key and the number: half of a 95
+    /// % interval over its quantile, of the logarithm where it is a median. The interval of a law
     /// with the threshold in its likelihood is not known where drivers have no repetitions.
     pub fn errors_of(
         &self,
@@ -280,7 +282,7 @@ impl SpeedChangeFit {
         errors
     }
 
-    /// What has to be known of the laws that a study gets.
+    /// Facts that have to be known of the laws that a study gets.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let laws = [("acceleration", &self.acceleration), ("deceleration", &self.deceleration)];
@@ -288,10 +290,12 @@ impl SpeedChangeFit {
             match law {
                 None => warnings
                     .push(format!("no {name} was measured: the study keeps the one of its base")),
-                Some(law) if law.between_drivers.is_some_and(|between| between.singular) => warnings
-                    .push(format!(
-                        "the REML fit of the {name}s is singular: drivers differ by no more than their changes do, the study gets one number"
-                    )),
+                Some(law) if law.between_drivers.is_some_and(|between| between.singular) => {
+                    warnings.push(format!(
+                        "the REML fit of the {name}s is singular: drivers differ by no more than \
+                         their changes do, the study gets one number"
+                    ))
+                }
                 Some(_) => {}
             }
         }
@@ -310,7 +314,8 @@ impl SpeedChangeFit {
         } else {
             for (name, _) in laws.iter().filter(|(_, law)| blind(law)) {
                 warnings.push(format!(
-                    "no driver has two {name}s, or only one has any: drivers and their changes cannot be told apart, {kept}"
+                    "no driver has two {name}s, or only one has any: drivers and their changes \
+                     cannot be told apart, {kept}"
                 ));
             }
         }

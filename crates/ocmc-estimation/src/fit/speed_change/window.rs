@@ -21,8 +21,7 @@ pub struct SpeedLog<'a> {
 /// The speed changes of a log, and what was not used of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoggedChanges {
-    /// Of each change of the limit its kind, such as `70-to-40` in km/h, and the acceleration, in
-    /// m/s².
+    /// Kind of each change of the limit, such as `70-to-40` in km/h, and the acceleration, in m/s².
     pub changes: Vec<(String, f64)>,
     /// Rows.
     pub rows: LogCounts,

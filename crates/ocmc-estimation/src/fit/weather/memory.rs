@@ -8,8 +8,8 @@ const OFF_S: f64 = 1.0;
 /// Longest step over which a correlation still tells that over an hour.
 const LONGEST_STEP_S: f64 = 12.0 * HOUR_S;
 
-/// Pairs of records that a step parts, and the step in s: an hour, or more where records are farther
-/// apart.
+/// Pairs of records that a step parts, and the step in s: an hour, or more where records are
+/// farther apart.
 pub(super) fn pairs(records: &[HourlyRecord]) -> (Vec<[usize; 2]>, f64) {
     let apart_s = |k: usize| records[k].time_s - records[k - 1].time_s;
     let mut steps_s: Vec<f64> = (1..records.len()).map(apart_s).collect();

@@ -14,8 +14,9 @@
 //! humidity's also has the errors of the temperature's harmonics, from which its deviations are
 //! taken; those of the Weibull law and of directions follow from their functions of normal scores
 //! (`autocorrelated.rs`), √((1 − φ²)/n) is that of a correlation. What the fitted means took
-//! of a sum of squares is restored to the standard deviations. A variable that is nowhere recorded keeps the numbers of the base study, and so do temperature and humidity of records that
-//! lack a season, or day or night: harmonics of what was not seen are extrapolated.
+//! of a sum of squares is restored to the standard deviations. A variable that is nowhere recorded
+//! keeps the numbers of the base study, and so do temperature and humidity of records that lack a
+//! season, or day or night: harmonics of what was not seen are extrapolated.
 
 mod memory;
 mod wind;
@@ -40,7 +41,7 @@ pub struct HourlyRecord {
     pub time_s: f64,
     /// Day of the year, from 0, with its fraction.
     pub day_of_year: f64,
-    /// What was recorded; `snow` is not looked at.
+    /// Recorded weather; `snow` is not looked at.
     pub weather: Weather,
 }
 
@@ -66,7 +67,7 @@ pub struct WeatherFit {
     pub years: f64,
     /// Numbers that were estimated.
     pub parameters: Vec<StudyParameterFit>,
-    /// What does not stop the fit and has to be known.
+    /// Facts that do not stop the fit and have to be known.
     pub warnings: Vec<String>,
     /// The model: the base study's, with what was estimated laid over it.
     #[serde(skip)]
@@ -93,9 +94,9 @@ const HUMIDITY_EDGE: f64 = 0.005;
 /// asin ρ − 1 = Σ c_m ρ^(2m). The last one has the rest of the series, π/2 − 1 at ρ = 1.
 const SIZE_SERIES: [f64; 5] = [0.5, 1.0 / 24.0, 1.0 / 80.0, 5.0 / 896.0, 0.011_049];
 
-/// What temperatures leave to the humidity.
+/// Deviations of the temperatures, as the humidity needs them.
 struct Temperatures {
-    /// What the harmonics leave of each record, in K.
+    /// Deviations of each record from the harmonics, in K.
     deviation_k: Vec<f64>,
     /// Covariance of the coefficients of [`harmonics`].
     covariance: DMatrix<f64>,
@@ -135,7 +136,9 @@ pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, 
     let years = span_s / (365.0 * 86_400.0);
     if years < ENOUGH_YEARS {
         warnings.push(format!(
-            "the records span {years:.1} years; with less than {ENOUGH_YEARS} the seasons are those of single years, and intervals of the SDs by their errors cover some 90 %, not 95 %"
+            "the records span {years:.1} years; with less than {ENOUGH_YEARS} the seasons are \
+             those of single years, and intervals of the SDs by their errors cover some 90 %, not \
+             95 %"
         ));
     }
     Ok(WeatherFit { hours: records.len(), years, parameters, warnings, model })
@@ -241,7 +244,10 @@ impl Hours<'_> {
         let temperatures = Temperatures { deviation_k, covariance };
         let covariance = &temperatures.covariance;
         if found[1] < -2.0 * covariance[(1, 1)].sqrt() {
-            self.estimates.warn("its coldest days lie in July, and a study knows northern seasons only; it stays that of the base study, and a table whose clock is half a year ahead tells it");
+            self.estimates.warn(
+                "its coldest days lie in July, and a study knows northern seasons only; it stays \
+                 that of the base study, and a table whose clock is half a year ahead tells it",
+            );
             return Some(temperatures);
         }
         if found[2] < 0.0 {
@@ -287,7 +293,8 @@ impl Hours<'_> {
         let standard = standard_pressure_pa(model.altitude_m);
         if (mean - standard).abs() > PRESSURE_OF_ANOTHER_PLACE_PA {
             self.estimates.warn(format_args!(
-                "the mean is {:.0} hPa; a study draws it around the standard atmosphere's {:.0} hPa at its weather.altitude_m = {}: give the place's",
+                "the mean is {:.0} hPa; a study draws it around the standard atmosphere's {:.0} \
+                 hPa at its weather.altitude_m = {}: give the place's",
                 mean / 100.0,
                 standard / 100.0,
                 model.altitude_m
@@ -452,7 +459,7 @@ fn restored(taken: f64, all: f64) -> f64 {
     1.0 / libm::sqrt((1.0 - taken / all).max(0.1))
 }
 
-/// Of the values that are there.
+/// Root mean square of the values that are there.
 fn root_mean_square(values: &[f64]) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for value in values.iter().filter(|value| value.is_finite()) {

@@ -1,10 +1,10 @@
 //! The clustered standard error of the curve-speed exponent beside another implementation.
 //!
 //! Reference values: numpy 2 and scipy 1, on matrices of all rows with a column for each driver:
-//! residuals e = (I − H) y, A_g = (I − H_gg)^(−1/2) by its eigenvalues, Σ (cᵀ(XᵀX)⁻¹ X_gᵀ A_g e_g)²;
-//! the 97.5 % quantile of the ratio by Imhof's integral over the eigenvalues of the quadratic form,
-//! and the degrees of freedom of Student's law that has it. The columns of X: ln(R/250) and the
-//! drivers; with the direction ±1 for left and right.
+//! residuals e = (I − H) y, A_g = (I − H_gg)^(−1/2) by its eigenvalues, Σ (cᵀ(XᵀX)⁻¹ X_gᵀ A_g
+//! e_g)²; the 97.5 % quantile of the ratio by Imhof's integral over the eigenvalues of the
+//! quadratic form, and the degrees of freedom of Student's law that has it. The columns of X:
+//! ln(R/250) and the drivers; with the direction ±1 for left and right.
 
 use super::coverage::assert_covers;
 use crate::common::field_truck_model;

@@ -356,8 +356,8 @@ fn both_tails(x: f64) -> f64 {
     (density(from) + density(12.0) + inner) * h / 3.0
 }
 
-/// What leagues of simulated fleets say and what is: sums of the probabilities, of how often it was
-/// so, and of the variances; and the mean square of the predictions' errors over what is said.
+/// Leagues of simulated fleets beside the truth: sums of the probabilities, of how often it was so,
+/// and of the variances; and the mean square of the predictions' errors over what is said.
 fn leagues_beside_the_truth(trucks: usize) -> ([[f64; 3]; 3], f64) {
     let (mut sums, mut squares, mut members) = ([[0.0; 3]; 3], 0.0, 0.0);
     for seed in 5000..5150 {

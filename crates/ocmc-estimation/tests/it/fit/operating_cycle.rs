@@ -110,7 +110,7 @@ fn mean(law: &Quantity) -> f64 {
     }
 }
 
-/// What the study says of a key.
+/// Value of a key in the study.
 fn truth(model: &RoadTypeModel, key: &str) -> Option<f64> {
     let curves = &model.curves;
     Some(match key {
@@ -207,9 +207,9 @@ fn what_the_mean_slope_takes_and_what_ends_cut_off_is_made_up_for() {
     let study = field_truck(|_| {});
     let fits: Vec<RoadFit> = (1..=12).map(fitted).collect();
     let model = &study.model().road.types;
-    // The bridge takes the mean slope of each road, and with it 1 % of the SD of a road of one type;
-    // in towns, where slopes are small, the shift by the others' mean adds 2 %. The end of a road
-    // cuts curves off, and turns remove the long ones.
+    // The bridge takes the mean slope of each road, and with it 1 % of the SD of a road of one
+    // type; in towns, where slopes are small, the shift by the others' mean adds 2 %. The end of a
+    // road cuts curves off, and turns remove the long ones.
     let numbers: [(&str, &str, Number); 5] = [
         ("motorway", "slope_sd", |road_type| road_type.topography.slope_sd),
         ("urban", "slope_sd", |road_type| road_type.topography.slope_sd),

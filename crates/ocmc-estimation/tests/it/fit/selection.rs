@@ -1,4 +1,4 @@
-//! Which curves take part in the regression of curve speeds.
+//! Selection of the curves for the regression of curve speeds.
 
 use ocmc_estimation::fit::curve_speed::{CurveSpeedFitError, CurveSpeedOptions, CurveTable, fit};
 

@@ -7,7 +7,7 @@ use ocmc_estimation::fit::traffic::{TrafficFitError, TrafficRecord, fit};
 
 const DAY_S: f64 = 86_400.0;
 
-/// What detectors of each road type see in 20 days, one record every `every` steps.
+/// Records of detectors of each road type in 20 days, one record every `every` steps.
 fn detected(truth: &TrafficModel, seed: u64, every: usize) -> Vec<TrafficRecord> {
     let mut records = Vec::new();
     for (site, (road_type, model)) in truth.types.iter().enumerate() {

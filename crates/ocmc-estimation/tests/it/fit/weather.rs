@@ -7,7 +7,7 @@ use ocmc_estimation::fit::weather::{HourlyRecord, WeatherFit, WeatherFitError, f
 
 const YEARS: usize = 3;
 
-/// What three years at one place record.
+/// Records of three years at one place.
 fn recorded(truth: &WeatherModel, seed: u64) -> Vec<HourlyRecord> {
     let hours = YEARS * 365 * 24;
     let series = truth.sample(0.0, 0.0, 3600.0 * hours as f64, &Streams::new(seed, 0));

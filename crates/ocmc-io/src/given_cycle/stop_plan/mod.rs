@@ -1,6 +1,6 @@
-//! A stop plan, as a planner's spreadsheet has it: places in their order, how long a truck stands at
-//! each, what it loads and unloads there, and when it departs. Alone it is a route of which the places
-//! are known; on a track or another route it is the mission there.
+//! A stop plan, as a planner's spreadsheet has it: places in their order, how long a truck stands
+//! at each, what it loads and unloads there, and when it departs. Alone it is a route of which the
+//! places are known; on a track or another route it is the mission there.
 //!
 //! The first place is the start, the last one the end. Places closer than 50 m are one.
 
@@ -274,8 +274,8 @@ impl StopPlan {
         // what rounding leaves is nothing
         if loads_first && at_start_kg > 0.5 {
             return Err(self.wrong(format!(
-                "unloads {} kg more than has been loaded: correct a number, or leave the load of the \
-                 first place empty, and it is what is unloaded behind it",
+                "unloads {} kg more than has been loaded: correct a number, or leave the load of \
+                 the first place empty, and it is what is unloaded behind it",
                 rounded(at_start_kg)
             )));
         }
@@ -295,8 +295,8 @@ impl StopPlan {
         }
         if !loads_first && at_start_kg > 0.0 {
             let text = format!(
-                "nothing is loaded at the first place: {} kg are on board at departure, all that is \
-                 unloaded before it is loaded",
+                "nothing is loaded at the first place: {} kg are on board at departure, all that \
+                 is unloaded before it is loaded",
                 rounded(at_start_kg)
             );
             self.account.findings.push(Finding::noted(
@@ -349,7 +349,8 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    const GERMAN: &str = "Reihenfolge;Ort;Kilometer [km];Standzeit [min];Beladung [kg];Entladung [kg];Abfahrt\n\
+    const GERMAN: &str = "Reihenfolge;Ort;Kilometer [km];Standzeit [min];Beladung [kg];Entladung \
+                          [kg];Abfahrt\n\
                           2;Kunde A;38,5;25;;4000;\n\
                           1;Depot;0;;12400;;2024-03-04 06:30\n\
                           3;Kunde B;61,2;40;;5400;\n\
@@ -453,7 +454,8 @@ mod tests {
     #[test]
     fn places_at_one_gate_are_one_stop_and_a_place_without_dwell_is_passed() {
         let (cycle, _) = read(
-            "place,km,dwell_min,unload_kg\nDepot,0,20,\nA,10,5,100\nB,10.02,7,200\nVia,15,,\nC,20,,300\n\
+            "place,km,dwell_min,unload_kg\nDepot,0,20,\nA,10,5,100\nB,10.02,7,200\nVia,15,,\n\
+             C,20,,300\n\
              Depot,30,60,\n",
         )
         .unwrap();

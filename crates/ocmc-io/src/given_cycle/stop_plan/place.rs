@@ -60,8 +60,8 @@ pub(super) fn on_track(
     let most_m = chosen.iter().map(|passage| passage.beside_m).fold(0.0, f64::max);
     let finding = far.first().map(|first| {
         let text = format!(
-            "{} farther than {YARD_M} m beside the track, at most {} m (first: {}): the truck stops \
-             on the track",
+            "{} farther than {YARD_M} m beside the track, at most {} m (first: {}): the truck \
+             stops on the track",
             count_of(far.len() as u64, "place"),
             rounded(most_m),
             called(*first)

@@ -1,8 +1,8 @@
 //! Weather files of EnergyPlus (`.epw`): eight lines of heading, then an hour a row without names.
 //!
-//! Source: Auxiliary Programs of EnergyPlus, "EnergyPlus Weather File (EPW) Data Dictionary": places
-//! of the columns, hours from 1 to 24 that end at their number, and the codes for missing values.
-//! The months of a typical year come from different years, which are not read.
+//! Source: Auxiliary Programs of EnergyPlus, "EnergyPlus Weather File (EPW) Data Dictionary":
+//! places of the columns, hours from 1 to 24 that end at their number, and the codes for missing
+//! values. The months of a typical year come from different years, which are not read.
 
 use super::{Content, Format, text_of};
 use jiff::civil::date;

@@ -1,8 +1,8 @@
 //! GeoJSON (RFC 7946): lines, alone or as features, and points with properties.
 //!
 //! Each feature with a line is a drive. The times of a line are a list in its properties:
-//! `coordTimes` or `times` (toGeoJSON, MapBox). Other lists of the length of the line are columns of
-//! their own, by their names. Points are rows of one table, and their properties its columns.
+//! `coordTimes` or `times` (toGeoJSON, MapBox). Other lists of the length of the line are columns
+//! of their own, by their names. Points are rows of one table, and their properties its columns.
 
 use super::points::{PLACES, Point, Points};
 use super::{Content, Format, contains, text_of};

@@ -1,8 +1,8 @@
 //! GPX 1.0 and 1.1: tracks, and routes where there are no tracks.
 //!
 //! A track is a drive. Its segments are pieces between which the receiver was lost
-//! (topografix.com/gpx/1/1: a new segment where reception was lost or the receiver was off): they end
-//! no drive. Speeds and courses are those of GPX 1.0 and of the extensions of receivers
+//! (topografix.com/gpx/1/1: a new segment where reception was lost or the receiver was off): they
+//! end no drive. Speeds and courses are those of GPX 1.0 and of the extensions of receivers
 //! (TrackPointExtension: m/s and degrees).
 
 use super::points::{Point, Points};

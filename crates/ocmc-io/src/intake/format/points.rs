@@ -82,8 +82,8 @@ impl Points {
         let is_place = latitude.abs() <= 90.0 && (-180.0..=360.0).contains(&longitude);
         if !is_place {
             return Err(format!(
-                "has a point at latitude {latitude}, longitude {longitude}; allowed are -90 to 90 and \
-                 -180 to 360"
+                "has a point at latitude {latitude}, longitude {longitude}; allowed are -90 to 90 \
+                 and -180 to 360"
             ));
         }
         self.track_of.push(self.tracks.len().saturating_sub(1));

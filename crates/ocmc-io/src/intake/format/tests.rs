@@ -38,13 +38,15 @@ fn words(table: &GivenTable, name: &str) -> Vec<String> {
 fn tracks_of_gpx_are_drives_and_their_segments_are_not() {
     let point = |k: u32| {
         format!(
-            "<trkpt lat='5{k}' lon='9'><ele>{k}</ele><time>2024-03-04T06:00:0{k}Z</time><extensions>\
+            "<trkpt lat='5{k}' \
+             lon='9'><ele>{k}</ele><time>2024-03-04T06:00:0{k}Z</time><extensions>\
              <x:TrackPointExtension><x:speed>1{k}.5</x:speed><x:course>90</x:course>\
              </x:TrackPointExtension></extensions></trkpt>"
         )
     };
     let text = format!(
-        "<?xml version='1.0'?><gpx><wpt lat='1' lon='1'><name>w</name></wpt><trk><name>a &amp; b</name>\
+        "<?xml version='1.0'?><gpx><wpt lat='1' lon='1'><name>w</name></wpt><trk><name>a &amp; \
+         b</name>\
          <trkseg>{}</trkseg><trkseg>{}</trkseg></trk><trk><trkseg>{}</trkseg></trk></gpx>",
         point(1),
         point(2),
@@ -64,7 +66,8 @@ fn tracks_of_gpx_are_drives_and_their_segments_are_not() {
 
 #[test]
 fn kml_and_geojson_tell_the_same_line() {
-    let kml = "<kml xmlns:gx='g'><Placemark><name>a</name><LineString><coordinates>9,50,7 9.1,50.1,8\
+    let kml = "<kml xmlns:gx='g'><Placemark><name>a</name><LineString><coordinates>9,50,7 \
+               9.1,50.1,8\
                </coordinates></LineString></Placemark></kml>";
     let geojson = r#"{"type":"Feature","properties":{"name":"a"},
                       "geometry":{"type":"LineString","coordinates":[[9,50,7],[9.1,50.1,8]]}}"#;
@@ -75,7 +78,8 @@ fn kml_and_geojson_tell_the_same_line() {
         assert_eq!(numbers(&table, "altitude_m"), [7.0, 8.0]);
     }
     let timed = "<kml xmlns:gx='g'><Placemark><gx:Track><when>2024-01-01T00:00:00Z</when>\
-                 <when>2024-01-01T00:00:01Z</when><gx:coord>9 50 7</gx:coord><gx:coord>9 51 7</gx:coord>\
+                 <when>2024-01-01T00:00:01Z</when><gx:coord>9 50 7</gx:coord><gx:coord>9 51 \
+                 7</gx:coord>\
                  </gx:Track></Placemark></kml>";
     assert_eq!(words(&columns(timed), "time")[1], "2024-01-01T00:00:01Z");
     let times = r#"{"type":"Feature","properties":{"coordTimes":[1704067200000, "2024-01-01T00:00:01Z"]},
@@ -120,7 +124,8 @@ fn messages_of_rfms_stand_by_vehicle_and_time() {
 
 #[test]
 fn a_schedule_of_the_epa_keeps_its_lines() {
-    let text = "UDDS.TXT\tUrban Dynamometer Driving Schedule\nTest Time, secs Target Speed, mph\n0\t0\n1\t3.5\n";
+    let text = "UDDS.TXT\tUrban Dynamometer Driving Schedule\nTest Time, secs Target Speed, mph\n\
+                0\t0\n1\t3.5\n";
     let Ok(Content::Cells(cells, found)) = content(text.as_bytes()) else { panic!("no cells") };
     assert_eq!(cells, "\ntime_s,speed_mph\n0,0\n1,3.5\n");
     assert!(found[0].text.contains("Urban Dynamometer"));
@@ -213,7 +218,8 @@ fn rows_of_a_sheet_have_the_cells_of_its_names() {
     };
     let book = format!(
         "<workbook xmlns=\"{space}spreadsheetml/2006/main\" xmlns:r=\"{space}officeDocument/2006/\
-         relationships\"><sheets><sheet name=\"a\" sheetId=\"1\" r:id=\"rId1\"/></sheets></workbook>"
+         relationships\"><sheets><sheet name=\"a\" sheetId=\"1\" \
+         r:id=\"rId1\"/></sheets></workbook>"
     );
     let sheet = format!(
         "<worksheet xmlns=\"{space}spreadsheetml/2006/main\"><sheetData>{rows}</sheetData>\

@@ -1,4 +1,5 @@
-//! Stand-in for the reader of workbooks in a program that is built without: each of them is refused.
+//! Stand-in for the reader of workbooks in a program that is built without: each of them is
+//! refused.
 
 use super::Content;
 

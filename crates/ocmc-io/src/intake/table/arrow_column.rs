@@ -1,7 +1,8 @@
 //! A column in Arrow's form as numbers of 64 bits, or as texts.
 //!
 //! Arrow's own casts between any two of its types take a fifth of the time in which the package is
-//! built, and a tenth of its size: `docs/decisions/2026-11-25-columns-of-arrow-without-its-casts.md`.
+//! built, and a tenth of its size:
+//! `docs/decisions/2026-11-25-columns-of-arrow-without-its-casts.md`.
 
 use arrow_array::cast::AsArray;
 use arrow_array::timezone::Tz;
@@ -101,7 +102,8 @@ fn times(column: &dyn Array) -> Option<StringArray> {
                 }
                 _ => column.value_as_datetime(i).map(|time| format!("{time:?}")),
             };
-            Some((0..column.len()).map(|i| if column.is_valid(i) { cell(i) } else { None }).collect())
+            let valid = |i: usize| if column.is_valid(i) { cell(i) } else { None };
+            Some((0..column.len()).map(valid).collect())
         }
         _ => None,
     )

@@ -11,7 +11,7 @@ pub(super) const LONGEST_LINE: usize = 1 << 20;
 /// come to a hundred.
 pub(super) const LARGEST_RATIO: u64 = 500;
 
-/// What a compressed file may expand to in any case, in bytes.
+/// Size to which a compressed file may expand in any case, in bytes.
 const ALWAYS_ALLOWED: u64 = 64 << 20;
 
 /// A text with bounds.

@@ -49,7 +49,10 @@ impl PlaceClock {
     pub fn zone(name: &str) -> Result<Self, String> {
         let zone = date::zone(name).map(Self::Zone);
         zone.ok_or_else(|| {
-            format!("`{name}` is no time zone: allowed are names such as Europe/Berlin or America/Chicago")
+            format!(
+                "`{name}` is no time zone: allowed are names such as Europe/Berlin or \
+                 America/Chicago"
+            )
         })
     }
 }
@@ -145,7 +148,7 @@ impl ClockColumn {
         self.zone.clone().map(PlaceClock::Zone).or_else(ahead)
     }
 
-    /// What was made up for, and what is odd.
+    /// Corrections that were made, and oddities.
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let unplaced = self.utc.as_ref().filter(|_| self.place_s.is_none() && self.zone.is_none());
         let of_utc = unplaced.map(|name| {
@@ -191,14 +194,14 @@ impl ClockColumn {
         let quantity = self.quantity;
         let refuse = |allowed| row.refuse(quantity, allowed);
         let (time_s, day_of_year) = if quantity.is_text() {
-            let wanted = "a date and time such as 2024-03-01T14:00 (of 3/1/2024 it is not clear which \
-                          is the month)";
+            let wanted = "a date and time such as 2024-03-01T14:00 (of 3/1/2024 it is not clear \
+                          which is the month)";
             let (stamp_s, offset_s) = date::parse(&dated(row)).ok_or_else(|| refuse(wanted))?;
             if offset_s == Some(0.0) && self.place_s.is_none() && self.zone.is_none() {
                 return Err(refuse(
                     "a time of the place: this one is UTC; say where it is (--zone Europe/Berlin, \
-                     zone in Python), or by how many hours the place's standard time is ahead of it \
-                     (--utc-offset, utc_offset_h in Python)",
+                     zone in Python), or by how many hours the place's standard time is ahead of \
+                     it (--utc-offset, utc_offset_h in Python)",
                 ));
             }
             let time_s = self.place_time_s(stamp_s, offset_s).ok_or_else(|| refuse(wanted))?;

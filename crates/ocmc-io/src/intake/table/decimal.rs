@@ -1,7 +1,7 @@
 //! Decimal commas: a table whose cells are separated by semicolons or tabulators may write 2,5.
 //!
-//! A table has one kind of decimals. Where both are there, `1.234` or `1,234` has thousands in it, and
-//! nothing tells which: the second kind counts as no number.
+//! A table has one kind of decimals. Where both are there, `1.234` or `1,234` has thousands in it,
+//! and nothing tells which: the second kind counts as no number.
 
 use crate::intake::Finding;
 use crate::number_text::has_decimal_comma;

@@ -1,4 +1,4 @@
-//! What can be wrong with a table: where it is, what stands there, and what would do.
+//! Faults of a table: place, value, and remedy.
 
 use super::given::RowPlace;
 use crate::intake::Finding;
@@ -18,7 +18,7 @@ const SIMILAR: f64 = 0.8;
 pub struct TableError {
     /// The file, or what a table is called; none of an assignment that is none.
     path: Option<PathBuf>,
-    /// What is wrong.
+    /// Fault of the table.
     fault: Box<Fault>,
 }
 
@@ -36,7 +36,7 @@ impl fmt::Display for TableError {
 
 impl std::error::Error for TableError {}
 
-/// What is wrong with a file; its message goes on behind the name of the file.
+/// Fault of a file; its message goes on behind the name of the file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Fault {
@@ -89,9 +89,9 @@ pub enum Fault {
         place: RowPlace,
         /// The column.
         column: String,
-        /// What is there.
+        /// Text of the cell.
         value: String,
-        /// What may be there.
+        /// Allowed values.
         allowed: &'static str,
     },
     /// A column that is needed and not there.
@@ -101,13 +101,13 @@ pub enum Fault {
         list(wanted)
     )]
     Missing {
-        /// What is missing, and which column would do but for its unit.
+        /// Missing quantity, and the column that would do but for its unit.
         what: String,
         /// Names that would do.
         wanted: Vec<String>,
         /// An assignment that would do.
         example: String,
-        /// What there is.
+        /// Columns that were found.
         found: String,
         /// A column of a similar name.
         nearest: String,
@@ -165,7 +165,7 @@ pub enum Fault {
         column: String,
         /// Rows.
         rows: usize,
-        /// What stands there instead.
+        /// Text that stands there instead.
         example: String,
     },
     /// An assignment that is none, as it was written.
@@ -179,39 +179,39 @@ pub enum Fault {
     /// A quantity without a unit, or with a wrong one.
     #[error("`{name}` has no known unit: allowed are {allowed}")]
     UnknownUnit {
-        /// What was written.
+        /// Unit as it was written.
         name: String,
-        /// What is allowed.
+        /// Allowed units.
         allowed: String,
     },
     /// A name that means nothing.
     #[error("`{name}` is not known{nearest}: allowed are, with their units, {allowed}")]
     UnknownName {
-        /// What was written.
+        /// Name as it was written.
         name: String,
         /// A similar name.
         nearest: String,
-        /// What is allowed.
+        /// Allowed names.
         allowed: String,
     },
     /// An assigned quantity that the format does not have.
     #[error(": `{name}` is assigned a column, and is nothing of {what}: allowed are {allowed}")]
     NotOfFormat {
-        /// What was assigned.
+        /// Name that was assigned.
         name: String,
         /// The format.
         what: &'static str,
-        /// What is allowed.
+        /// Allowed names.
         allowed: String,
     },
     /// An assigned column that is not there.
     #[error(": there is no column `{column}`{nearest}; its columns are {found}")]
     NoSuchColumn {
-        /// What was written.
+        /// Column as it was written.
         column: String,
         /// A similar one.
         nearest: String,
-        /// What there is.
+        /// Columns that were found.
         found: String,
     },
     /// A file of a known format with something wrong in it.
@@ -219,8 +219,8 @@ pub enum Fault {
     OfFormat(String),
     /// Several tracks where one is a route.
     #[error(
-        " has several tracks: a route is one of them; save each as a file of its own, or read all of \
-         them as logs, as with `ocmc fit operating-cycle` and `ocmc road`"
+        " has several tracks: a route is one of them; save each as a file of its own, or read all \
+         of them as logs, as with `ocmc fit operating-cycle` and `ocmc road`"
     )]
     SeveralTracks,
     /// A file that says no format.
@@ -231,8 +231,8 @@ pub enum Fault {
     Extension,
     /// A file of another kind where a table is read.
     #[error(
-        " is no table: allowed are separated cells (CSV), Parquet, XLSX, GPX, KML, GeoJSON and rFMS; \
-         convert it, a track for example with GPSBabel, a sheet by saving it as XLSX or CSV"
+        " is no table: allowed are separated cells (CSV), Parquet, XLSX, GPX, KML, GeoJSON and \
+         rFMS; convert it, a track for example with GPSBabel, a sheet by saving it as XLSX or CSV"
     )]
     NotSeparated,
     /// A text that is not the JSON of an operating cycle.
@@ -249,11 +249,11 @@ pub enum Fault {
     /// A number of a whole operating cycle out of its range, or alone.
     #[error(": `{key}` is {value:?}, allowed is {allowed}")]
     Value {
-        /// What it is called.
+        /// Name of the value.
         key: &'static str,
         /// The number.
         value: f64,
-        /// What is allowed.
+        /// Allowed values.
         allowed: &'static str,
     },
     /// Tracks that are no road.
@@ -273,8 +273,8 @@ pub enum Fault {
     Mixed,
     /// A log whose time stands still.
     #[error(
-        ": of its first {rows} rows {still} repeat the time of the row before them or go back, which is no log of \
-         drives; is the column of the time the right one?"
+        ": of its first {rows} rows {still} repeat the time of the row before them or go back, \
+         which is no log of drives; is the column of the time the right one?"
     )]
     Still {
         /// Rows that do.
@@ -282,7 +282,7 @@ pub enum Fault {
         /// Rows that were read.
         rows: usize,
     },
-    /// What a check refuses.
+    /// Finding for which a check refuses the file.
     #[error(": {0}")]
     Check(Finding),
     /// Numbers that are no drive cycle.
@@ -311,17 +311,17 @@ pub enum Fault {
 }
 
 impl TableError {
-    /// What is wrong with a table that is called so.
+    /// Fault of a table with this name.
     pub(crate) fn of(path: &Path, fault: Fault) -> Self {
         Self { path: Some(path.to_owned()), fault: Box::new(fault) }
     }
 
-    /// What the system does not let us read.
+    /// Error of the system in reading.
     pub(crate) fn read(path: &Path) -> impl Fn(io::Error) -> Self + Copy + '_ {
         |source| Self::of(path, Fault::Read(source))
     }
 
-    /// What is wrong with an assignment.
+    /// Fault of an assignment.
     pub(super) fn of_mapping(fault: Fault) -> Self {
         Self { path: None, fault: Box::new(fault) }
     }
@@ -331,7 +331,7 @@ impl TableError {
         matches!(*self.fault, Fault::Mixed)
     }
 
-    /// What the system says, where a file cannot be read.
+    /// Error of the system, where a file cannot be read.
     pub fn reason(&self) -> Option<&io::Error> {
         match &*self.fault {
             Fault::Read(source) => Some(source),
@@ -339,7 +339,7 @@ impl TableError {
         }
     }
 
-    /// What to do, where the message does not say so.
+    /// Remedy, where the message does not say so.
     pub fn help(&self) -> Option<&'static str> {
         match &*self.fault {
             Fault::OverTime(_) => Some(

@@ -165,8 +165,8 @@ pub const FLEET: Schema = Schema {
     ],
 };
 
-/// Trips of a fleet, or fills of its tanks, a row each. Distance or odometer, and an amount of fuel or
-/// energy are needed.
+/// Trips of a fleet, or fills of its tanks, a row each. Distance or odometer, and an amount of fuel
+/// or energy are needed.
 pub const TRIP_TOTALS: Schema = Schema {
     what: "a table of trips",
     style: Style::Measurements,

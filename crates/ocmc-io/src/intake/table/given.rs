@@ -63,7 +63,7 @@ impl GivenTable {
         self.is_export
     }
 
-    /// What it is called.
+    /// Path of the table.
     pub fn path(&self) -> &Path {
         &self.name
     }

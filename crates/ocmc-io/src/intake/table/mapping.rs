@@ -1,4 +1,4 @@
-//! Which column of a table is what, as a user says with `--map speed_mph=gps_speed`.
+//! Assignment of a table's columns to quantities, as a user says with `--map speed_mph=gps_speed`.
 
 use super::error::{Fault, TableError, nearest};
 use super::formats::SCHEMAS;

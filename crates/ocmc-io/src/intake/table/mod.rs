@@ -76,7 +76,7 @@ impl Table {
         Ok(Self { path, schema, names, columns, rows, found })
     }
 
-    /// What it is called.
+    /// Path of the table.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -96,7 +96,7 @@ impl Table {
         self.columns.iter().find(|column| column.quantity == quantity).copied()
     }
 
-    /// That these quantities are all there.
+    /// Checks that these quantities are all there.
     ///
     /// # Errors
     /// [`Fault::Missing`].
@@ -126,7 +126,7 @@ impl Table {
         }
     }
 
-    /// That none of these quantities is there; `what` says in words what is missing.
+    /// Error that none of these quantities is there; `what` names in words what is missing.
     pub fn missing(&self, what: &str, any_of: &[Quantity]) -> TableError {
         let fields = any_of.iter().filter_map(|quantity| self.schema.of(*quantity));
         let wanted: Vec<String> = fields.flat_map(Field::names).collect();
@@ -262,7 +262,7 @@ impl Table {
         Ok(account)
     }
 
-    /// What the columns are taken for.
+    /// Account of the columns and their quantities.
     fn account(&self) -> FileAccount {
         let read = |column: &Column| ReadColumn {
             name: self.names[column.place].clone(),

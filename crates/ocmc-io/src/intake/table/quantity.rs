@@ -6,7 +6,7 @@
 use super::unit::{self, Unit, is_suffix, with_suffix};
 use ocmc_core::energy::Carrier;
 
-/// What a column holds. The meaning of each is in its [`Entry`].
+/// Quantity in a column. The meaning of each is in its [`Entry`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the vocabulary below says what each is")]
 pub enum Quantity {
@@ -107,9 +107,9 @@ pub struct Entry {
     pub names: &'static [&'static str],
     /// Its units.
     pub units: &'static [Unit],
-    /// What it is called in messages.
+    /// Noun for it in messages.
     pub noun: &'static str,
-    /// What it means, beyond that.
+    /// Meaning beyond that.
     pub meaning: &'static str,
     /// The values that it usually has on a road, in SI: others are named (judgement).
     pub usual: Option<[f64; 2]>,
@@ -165,14 +165,16 @@ pub const VOCABULARY: [Entry; 86] = [
         "climb per metre of road, positive uphill; in a log since the row before"),
     entry(Q::Gradient, &["gradient"], unit::GRADIENT, "gradient", "rise over run, positive uphill"),
     entry(Q::Course, &["course"], unit::ANGLE, "course", "over ground, clockwise from north"),
-    entry(Q::YawRate, &["yaw_rate"], unit::ANGULAR_RATE, "yaw rate", "positive to the left").usual(-3.0, 3.0),
+    entry(Q::YawRate, &["yaw_rate"], unit::ANGULAR_RATE, "yaw rate",
+        "positive to the left").usual(-3.0, 3.0),
     entry(Q::Curvature, &["curvature"], unit::PER_LENGTH, "curvature",
         "of the path, positive to the left"),
     entry(Q::LateralAcceleration, &["lateral_acceleration"], unit::ACCELERATION,
         "lateral acceleration", "positive to the left").usual(-15.0, 15.0),
     entry(Q::SteeringWheelAngle, &["steering_wheel_angle"], unit::ANGLE,
         "angle of the steering wheel", "positive to the left").usual(-30.0, 30.0),
-    entry(Q::Accelerator, &["accelerator"], unit::SHARE, "accelerator pedal", "from 0 to 1").usual(-0.1, 1.2),
+    entry(Q::Accelerator, &["accelerator"], unit::SHARE, "accelerator pedal",
+        "from 0 to 1").usual(-0.1, 1.2),
     entry(Q::Brake, &["brake"], unit::SHARE, "brake pedal", "from 0 to 1").usual(-0.1, 1.2),
     entry(Q::Gear, &["gear"], unit::NUMBER, "gear", "from 1").usual(-5.0, 30.0),
     entry(Q::Payload, &["payload"], unit::MASS, "payload", "").usual(0.0, 100e3),
@@ -200,8 +202,10 @@ pub const VOCABULARY: [Entry; 86] = [
         "of the air at the place, not reduced to the sea"),
     entry(Q::RelativeHumidity, &["relative_humidity"], unit::SHARE, "relative humidity",
         "from 0 to 1"),
-    entry(Q::Precipitation, &["precipitation"], unit::PRECIPITATION, "precipitation", "as water").usual(0.0, 5e-5),
-    entry(Q::WindSpeed, &["wind_speed"], unit::SPEED, "wind speed", "10 m above the ground").usual(0.0, 60.0),
+    entry(Q::Precipitation, &["precipitation"], unit::PRECIPITATION, "precipitation",
+        "as water").usual(0.0, 5e-5),
+    entry(Q::WindSpeed, &["wind_speed"], unit::SPEED, "wind speed",
+        "10 m above the ground").usual(0.0, 60.0),
     entry(Q::WindDirection, &["wind_direction"], unit::ANGLE, "wind direction",
         "where the wind comes from, clockwise from north"),
     entry(Q::DensityShare, &["density_share"], unit::NUMBER, "density of the traffic",
@@ -250,7 +254,8 @@ pub const VOCABULARY: [Entry; 86] = [
     entry(Q::Arrival, &["arrival"], unit::TEXT, "arrival",
         "time of the day at a place, such as `06:30`, or a date with a time"),
     entry(Q::AmbientTemperature, &["ambient_temperature", "outside_temperature"],
-        unit::TEMPERATURE, "ambient temperature", "of the air around a vehicle").usual(213.0, 333.0),
+        unit::TEMPERATURE, "ambient temperature",
+        "of the air around a vehicle").usual(213.0, 333.0),
     entry(Q::Distance, &["distance"], unit::LENGTH, "distance", "of a trip"),
     entry(Q::FuelAmount, &["fuel_amount", "litres", "liters"], unit::FUEL, "amount of fuel",
         "of a trip, or put into the tank; a name without a unit means litres"),
@@ -287,7 +292,7 @@ impl Quantity {
         self.entry().names[0]
     }
 
-    /// What it is called in messages.
+    /// Noun for it in messages.
     pub fn noun(self) -> &'static str {
         self.entry().noun
     }
@@ -342,7 +347,7 @@ pub(super) fn with_unit(name: &str, suffix: &str) -> String {
     if suffix.is_empty() { name.to_owned() } else { format!("{name}_{suffix}") }
 }
 
-/// What follows a base in a name, behind `_`.
+/// Rest of a name behind a base and `_`.
 fn rest<'a>(name: &'a str, base: &str) -> Option<&'a str> {
     let rest = name.strip_prefix(base)?;
     if rest.is_empty() { Some(rest) } else { rest.strip_prefix('_') }

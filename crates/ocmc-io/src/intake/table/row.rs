@@ -12,7 +12,7 @@ use arrow_array::{Array, StringArray};
 use std::cell::RefCell;
 use std::path::Path;
 
-/// What stands for a missing number, in any case.
+/// Words for a missing number, in any case.
 const MISSING: [&str; 6] = ["", "na", "n/a", "null", "none", "-"];
 
 /// One row.
@@ -22,13 +22,13 @@ pub struct Row<'a> {
     pub(super) cells: RowCells<'a>,
 }
 
-/// What a row has to know of its table.
+/// Header that a row has to know of its table.
 pub(super) struct Header<'a> {
     pub(super) path: &'a Path,
     pub(super) names: &'a [String],
     pub(super) columns: &'a [Column],
     pub(super) style: Style,
-    /// What is remembered of the columns, in their order.
+    /// State of the columns, in their order.
     pub(super) watched: RefCell<Vec<Watched>>,
     pub(super) decimals: Decimals,
     /// A number that stands for a missing one.

@@ -1,5 +1,5 @@
-//! What a format's tables hold, and which column of a table is what: by its name, or as a user says
-//! with `--map`.
+//! Schema of a format's tables, and the assignment of columns to quantities: by its name, or as a
+//! user says with `--map`.
 
 use super::dwd;
 use super::error::{Fault, TableError};
@@ -16,7 +16,7 @@ pub struct Schema {
     pub what: &'static str,
     /// How its tables are written.
     pub style: Style,
-    /// What a table may hold.
+    /// Fields that a table may hold.
     pub fields: &'static [Field],
 }
 
@@ -37,15 +37,15 @@ pub enum Style {
 /// The suffix of a unit, and names with which a format means it.
 pub type OwnNames = (&'static str, &'static [&'static str]);
 
-/// What a column of a format holds.
+/// Field of a format.
 #[derive(Debug)]
 pub struct Field {
-    /// What it is.
+    /// Quantity of the field.
     pub quantity: Quantity,
     /// Names of the format's own, behind the suffix of their unit. They come before those of the
     /// vocabulary.
     pub own: &'static [OwnNames],
-    /// What its numbers have to be.
+    /// Bounds of its numbers.
     pub bounds: Option<Bounds>,
 }
 
@@ -98,7 +98,7 @@ impl Field {
 /// A column of a table that is understood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Column {
-    /// What it holds.
+    /// Quantity that it holds.
     pub quantity: Quantity,
     /// Its place in the table.
     pub place: usize,
@@ -106,7 +106,7 @@ pub struct Column {
     pub unit: &'static Unit,
     /// -1 where it counts the other way round.
     pub sign: f64,
-    /// What its numbers have to be.
+    /// Bounds of its numbers.
     pub bounds: Option<Bounds>,
 }
 
@@ -164,7 +164,7 @@ impl<'a> Name<'a> {
     }
 }
 
-/// That two columns are the same quantity.
+/// Error that two columns are the same quantity.
 pub(super) fn ambiguous(path: &Path, header: &[String], columns: [Column; 2]) -> TableError {
     let quantity = columns[0].quantity.noun();
     let columns = columns.map(|column| header[column.place].clone());
@@ -232,7 +232,7 @@ impl Schema {
         Ok(found)
     }
 
-    /// What the name of a column means.
+    /// Quantity and unit by the name of a column.
     fn understand(
         &self,
         path: &Path,
@@ -290,12 +290,12 @@ impl Schema {
         own.or_else(|| self.fields.iter().find_map(|field| field.of_vocabulary(name, bracket)))
     }
 
-    /// What the name of a column means.
+    /// Quantity by the name of a column.
     pub(crate) fn quantity_of(&self, header: &str) -> Option<Quantity> {
         self.field_in_words(&Name::of(header)).map(|(field, ..)| field.quantity)
     }
 
-    /// What the name of a column means, be it without a unit that is read.
+    /// Quantity by the name of a column, be it without a unit that is read.
     pub(crate) fn means(&self, header: &str) -> Option<Quantity> {
         let lacking = || self.lacking_unit(header).map(|field| field.quantity);
         self.quantity_of(header).or_else(lacking)

@@ -30,7 +30,7 @@ pub enum Source<'a> {
 }
 
 impl Source<'_> {
-    /// What it is called.
+    /// Path of the source.
     pub fn path(&self) -> &Path {
         match self {
             Self::File(path) | Self::Text(path, _) => path,
@@ -272,7 +272,7 @@ fn parquet(path: &Path) -> Result<Opened, TableError> {
     Ok(given(GivenTable::new(&path.to_string_lossy(), names, pieces)))
 }
 
-/// What the csv crate says, with the line that was being read.
+/// Error of the csv crate, with the line that was being read.
 pub(super) fn csv_error(path: &Path, error: csv::Error, line: u64) -> TableError {
     let fault = match error.into_kind() {
         csv::ErrorKind::Io(source) => Fault::Read(source),
@@ -332,9 +332,9 @@ fn title(start: &[u8]) -> Option<(usize, String)> {
         .then(|| (bytes, String::from_utf8_lossy(first).chars().take(60).collect()))
 }
 
-/// What separates the names of a table that begins so: a comma, unless there are more semicolons or
-/// tabulators, and what separates as many names as cells of the row below before all others. The
-/// names stand in the first line that is neither blank nor a comment (`#`).
+/// Separator of a table that begins so: a comma, unless there are more semicolons or tabulators.
+/// One that gives as many names as the row below has cells goes before all others. The names stand
+/// in the first line that is neither blank nor a comment (`#`).
 fn separator(start: &[u8]) -> u8 {
     let mut lines = content_lines(start).map(|(_, line)| line);
     let (names, row) = (lines.next().unwrap_or_default(), lines.next().unwrap_or_default());

@@ -11,7 +11,7 @@ use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the other rooms know of give-way signs.
+/// Declaration of give-way signs for other modules.
 pub(super) const GIVE_WAY: EventDeclaration = EventDeclaration {
     map_object: "give_way",
     forms: &[

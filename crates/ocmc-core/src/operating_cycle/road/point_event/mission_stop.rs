@@ -2,7 +2,7 @@
 
 use super::{EventDeclaration, EventForm, EventKind, STANDSTILLS_S, track};
 
-/// What the other rooms know of stops of the mission.
+/// Declaration of stops of the mission for other modules.
 pub(super) const MISSION_STOP: EventDeclaration = EventDeclaration {
     map_object: "mission_stop",
     forms: &[EventForm {

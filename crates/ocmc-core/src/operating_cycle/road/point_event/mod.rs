@@ -50,7 +50,7 @@ const STANDSTILLS_S: [f64; 2] = [0.0, 172_800.0];
 /// Passing speeds that a track may have, in m/s.
 const PASSING_SPEEDS_MPS: [f64; 2] = [1.0, 40.0];
 
-/// What happens at one place.
+/// Kind of event at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
     /// A stop sign with its standstill, in s.
@@ -107,7 +107,7 @@ pub enum EventKind {
 pub struct PointEvent {
     /// Where, in m.
     pub position_m: f64,
-    /// What.
+    /// Kind of the event.
     pub kind: EventKind,
     /// Whether the truck turns there into another road.
     pub turns: bool,
@@ -185,7 +185,7 @@ impl Passage {
 pub struct EventDeclaration {
     /// Its name in logs, as an object of a map.
     pub map_object: &'static str,
-    /// What an event of the kind may be.
+    /// Forms that an event of the kind may have.
     pub forms: &'static [EventForm],
     /// Whether most roads have none: its tracks are written only where there are some.
     pub rare: bool,
@@ -235,18 +235,18 @@ pub struct EventModel {
     pub table: &'static str,
     /// Where its draws come from.
     pub stream: Stream,
-    /// What turns it off.
+    /// Switch that turns it off.
     pub switch: ModelSwitch,
     /// Appends the events of one section.
     pub sample: fn(&RoadTypeModel, &Section, &mut Draws, &mut Vec<PointEvent>),
     /// Draws what an event at a known place is, and whether the vehicle turns there; none where the
     /// road type has no such events.
     pub mark: fn(&RoadTypeModel, &mut Draws) -> Option<(EventKind, bool)>,
-    /// What a fit estimates of a road type; none where it has no such events.
+    /// Parameters of a road type that a fit estimates; none where it has no such events.
     pub estimation: fn(&mut RoadTypeModel) -> Option<EventEstimation<'_>>,
 }
 
-/// What a fit estimates of a kind's events on a road type.
+/// Estimation of a kind's events on a road type.
 #[derive(Debug)]
 pub struct EventEstimation<'a> {
     /// Intensity, per m.

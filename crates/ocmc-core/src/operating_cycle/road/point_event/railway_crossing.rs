@@ -13,7 +13,7 @@ use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the other rooms know of railway crossings.
+/// Declaration of railway crossings for other modules.
 pub(super) const RAILWAY_CROSSING: EventDeclaration = EventDeclaration {
     map_object: "railway_crossing",
     forms: &[

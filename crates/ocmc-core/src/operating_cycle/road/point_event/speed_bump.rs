@@ -11,7 +11,7 @@ use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the other rooms know of speed bumps.
+/// Declaration of speed bumps for other modules.
 pub(super) const SPEED_BUMP: EventDeclaration = EventDeclaration {
     map_object: "speed_bump",
     forms: &[EventForm {

@@ -11,7 +11,7 @@ use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the other rooms know of stop signs.
+/// Declaration of stop signs for other modules.
 pub(super) const STOP_SIGN: EventDeclaration = EventDeclaration {
     map_object: "stop_sign",
     forms: &[EventForm {

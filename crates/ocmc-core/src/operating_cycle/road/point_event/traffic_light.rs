@@ -11,7 +11,7 @@ use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the other rooms know of traffic lights.
+/// Declaration of traffic lights for other modules.
 pub(super) const TRAFFIC_LIGHT: EventDeclaration = EventDeclaration {
     map_object: "traffic_light",
     forms: &[
