@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Write the guide's pages on the Python package, made of its docstrings: an index, and a page for each theme.
+"""Write the guide's pages on the Python package from its docstrings: an index, a page a theme.
 
-``scripts/python_reference.py`` writes ``docs/src/reference/python.md`` and the folder ``python`` beside it.
+``scripts/python_reference.py`` writes ``docs/src/reference/python.md`` and the folder ``python``
+beside it.
 """
 
 import inspect
@@ -19,12 +20,13 @@ REFERENCE = Path(__file__).resolve().parents[1] / "docs" / "src" / "reference"
 HEAD = """# Python
 
 All names of the package by theme, each with its page. These pages are made of its docstrings by
-`scripts/python_reference.py`; `help(ocmc.Study)` shows them. [Work with runs in Python](../how-to/python.md)
-shows how they go together, and [which errors come](../how-to/python.md#when-something-is-wrong).
+`scripts/python_reference.py`; `help(ocmc.Study)` shows them. [Work with runs in
+Python](../how-to/python.md) shows how they go together, and [which errors
+come](../how-to/python.md#when-something-is-wrong).
 """
 
-# Pages by theme: file, title, names. A class brings its members, but for those of `Study` that a theme names.
-# What no theme names is on the first page.
+# Pages by theme: file, title, names. A class brings its members, but for those of `Study` that a
+# theme names. What no theme names is on the first page.
 THEMES = [
     ("studies", "Studies", ["Study", "studies", "vehicles"]),
     ("runs", "Runs", ["Study.run", "Run", "Summary", "Table", "load", "merge", "mixed_fleet"]),
@@ -51,14 +53,24 @@ THEMES = [
     (
         "drivers",
         "Drivers from logs",
-        ["detect_curves", "fit_curve_speed", "calibrate_curve_speed", "fit_speed_change", "identify"],
+        [
+            "detect_curves",
+            "fit_curve_speed",
+            "calibrate_curve_speed",
+            "fit_speed_change",
+            "identify",
+        ],
     ),
     (
         "roads",
         "Roads, weather and traffic from measurements",
         ["road", "validate", "fit_operating_cycle", "fit_weather", "fit_traffic"],
     ),
-    ("fleet", "A fleet's own tables", ["learn", "Study.calibrate_totals", "benchmark", "fit_fleet"]),
+    (
+        "fleet",
+        "A fleet's own tables",
+        ["learn", "Study.calibrate_totals", "benchmark", "fit_fleet"],
+    ),
     ("plot", "Pictures", ["plot"]),
     ("machines", "Clusters and maps", ["dask", "map"]),
 ]
@@ -80,7 +92,9 @@ def signature(name, thing):
         return ""
     plain = [a.replace(annotation=inspect.Parameter.empty) for a in arguments if a.name != "self"]
     call = name + str(inspect.Signature(plain))
-    lines = textwrap.wrap(call, 88, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False)
+    lines = textwrap.wrap(
+        call, 88, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+    )
     return "\n".join(["```python", *lines, "```", "", ""])
 
 
@@ -138,7 +152,9 @@ def of_theme(names, elsewhere):
 
 def summary(thing):
     """Give the first sentence of a docstring."""
-    first = " ".join(inspect.cleandoc(thing.__doc__ or "").replace("``", "`").split("\n\n")[0].split())
+    first = " ".join(
+        inspect.cleandoc(thing.__doc__ or "").replace("``", "`").split("\n\n")[0].split()
+    )
     return re.split(r"(?<=\.)\s(?=[A-Z])", first)[0].replace("|", "\\|")
 
 

@@ -96,13 +96,17 @@ def test_docstrings_name_arguments_and_results(name):
 def test_the_pages_of_the_guide_are_made_of_the_docstrings():
     pages = runpy.run_path(str(ROOT / "scripts" / "python_reference.py"))["pages"]()
     paths = [REFERENCE / "python.md", *(REFERENCE / "python").iterdir()]
-    written = {path.relative_to(REFERENCE).as_posix(): path.read_text(encoding="utf-8") for path in paths}
+    written = {
+        path.relative_to(REFERENCE).as_posix(): path.read_text(encoding="utf-8") for path in paths
+    }
     assert written == pages, "run scripts/python_reference.py again"
     for name in PUBLIC:
         short = name.removeprefix("ocmc.")
         heading = re.compile(rf"^##+ `(ocmc\.)?{re.escape(short)}`$", re.MULTILINE)
         assert sum(len(heading.findall(page)) for page in pages.values()) == 1, name
-        assert re.search(rf"^\| \[`(ocmc\.)?{re.escape(short)}`\]", pages["python.md"], re.MULTILINE), name
+        assert re.search(
+            rf"^\| \[`(ocmc\.)?{re.escape(short)}`\]", pages["python.md"], re.MULTILINE
+        ), name
 
 
 def test_pictures_keep_their_columns_in_any_browser():

@@ -44,8 +44,8 @@ def main():
     """Print each fault, and end with status 1 where there is one."""
     parser = argparse.ArgumentParser(
         prog="scripts/check-guide",
-        description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, searches, "
-        "figures of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
+        description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, "
+        "searches, figures of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
         f"{layout.DESK} px and no page is wider than the screen at {layout.PHONE} px.",
     )
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""What a reader types into the guide's search, and the page that has to be among the first hits."""
+"""Words that a reader types into the guide's search, each with the page it has to find."""
 
 import json
 import shutil
@@ -37,5 +37,7 @@ def faults(book, expected=EXPECTED):
     found = []
     for (typed, pages), hits in zip(expected.items(), json.loads(answer.stdout), strict=True):
         if not {hit.partition("#")[0] for hit in hits} & set(pages):
-            found.append((book / pages[0], f"`{typed}` in the search finds {', '.join(hits) or 'nothing'}"))
+            found.append(
+                (book / pages[0], f"`{typed}` in the search finds {', '.join(hits) or 'nothing'}")
+            )
     return len(expected), found
