@@ -45,8 +45,8 @@ def main():
     parser = argparse.ArgumentParser(
         prog="scripts/check-guide",
         description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, "
-        "searches, figures of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
-        f"{layout.DESK} px and no page is wider than the screen at {layout.PHONE} px.",
+        "searches, figures of docs/figures.toml, and in Chromium that no code, formula or table "
+        f"is cut at {layout.DESK} px and no page is wider than the screen at {layout.PHONE} px.",
     )
     parser.add_argument(
         "--out", default=ROOT / "target" / "book", help="where the guide goes (target/book)"
