@@ -20,23 +20,27 @@ use std::ops::ControlFlow;
 const CYCLES: u64 = 8;
 
 /// Numbers and choices of a study.
-struct Chance(Draws);
+pub(crate) struct Chance(pub(crate) Draws);
 
 impl Chance {
     fn is(&mut self, share: f64) -> bool {
         self.0.uniform() < share
     }
 
-    fn one<'a>(&mut self, of: &[&'a str]) -> &'a str {
-        of[(self.0.uniform() * of.len() as f64) as usize]
+    pub(crate) fn below(&mut self, end: usize) -> usize {
+        (self.0.uniform() * end as f64) as usize
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn one<'a>(&mut self, words: &[&'a str]) -> &'a str {
+        words[self.below(words.len())]
+    }
+
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.uniform()
     }
 
     /// Any size from one end to the other is as likely.
-    fn size(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn size(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.0.uniform())
     }
 }
@@ -130,7 +134,7 @@ fn study(base: &str, sets: &[String]) -> Option<Study> {
 }
 
 /// Every number is one, and every charge between none and all.
-fn check(record: &Record) {
+pub(crate) fn check_numbers(record: &Record) {
     for column in COLUMNS {
         let number = column.get(record).number();
         assert!(number.is_none_or(f64::is_finite), "{}: {record:?}", column.name);
@@ -143,13 +147,17 @@ fn check(record: &Record) {
             assert!((0.0..=1.0).contains(&charge), "{event:?}");
         }
     }
+}
+
+fn check(record: &Record) {
+    check_numbers(record);
     if matches!(record.outcome, Outcome::Completed | Outcome::Depleted) {
         assert!(electric_balance(record).abs() < 1e-9, "{record:?}");
     }
 }
 
 /// An interval stands beside a number that it is of.
-fn check_intervals(value: &Value) {
+pub(crate) fn check_intervals(value: &Value) {
     if let Value::Object(items) = value {
         let interval = items.get("ci95").filter(|ci95| ci95.is_array());
         let estimate = |(name, value): (&String, &Value)| name != "ci95" && value.is_number();

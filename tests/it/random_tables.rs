@@ -75,7 +75,7 @@ fn numbers(value: &Value, at: &str, places: &mut Vec<String>) {
     }
 }
 
-/// What the schema allows at a place, where it names two ends.
+/// Ends of what the schema allows at a place, where it names both.
 fn allowed(schema: &Value, place: &str) -> Option<[f64; 2]> {
     let mut node = schema;
     for step in place.split('/').skip(1) {
@@ -158,7 +158,7 @@ fn check_answer(value: &Value) {
 
 /// Nine questions about a study.
 fn questions(keys: &Value) -> [Value; 9] {
-    let plan = json!({"cycles": 12, "threads": 1});
+    let plan = json!({"cycles": 6, "threads": 1});
     let study = json!({"study": keys});
     let other = json!({"study": keys, "set": ["mission.payload_kg=5000"], "name": "other"});
     [
@@ -170,7 +170,7 @@ fn questions(keys: &Value) -> [Value; 9] {
         json!({"ask": "doubt", "study": study, "plan": plan}),
         json!({"ask": "cost", "study": study, "against": other, "plan": plan}),
         json!({"ask": "range", "study": study, "plan": plan}),
-        json!({"ask": "bound", "study": study, "plan": {"cycles": 2, "threads": 1}}),
+        json!({"ask": "bound", "study": study, "plan": {"cycles": 1, "threads": 1}}),
         json!({"ask": "trip", "study": study, "cycle": 3}),
     ]
 }
@@ -222,51 +222,50 @@ fn random_studies_over_all_tables_are_answered_or_refused_in_words() {
     for seed in 0..wanted {
         let mut chance = Chance(Draws::new(seed, 1, Stream::Vehicle));
         let keys = keys(&bases, &schema, &mut chance);
-        let begun = Instant::now();
-        let tried = catch_unwind(AssertUnwindSafe(|| {
-            let loaded = match load_json::<&str>(&keys, &[]) {
-                Ok(loaded) => loaded,
+        let mut timed = |work: &mut dyn FnMut()| {
+            let begun = Instant::now();
+            let tried = catch_unwind(AssertUnwindSafe(work));
+            let took = begun.elapsed();
+            slowest = slowest.max((took, seed));
+            if tried.is_err() || is_alone && took > Duration::from_secs(20) {
+                faults.push(seed);
+                println!("{seed}: {} s: {keys}", took.as_secs_f64());
+            }
+        };
+        let mut is_study = false;
+        timed(&mut || match load_json::<&str>(&keys, &[]) {
+            Ok(loaded) => {
+                is_study = true;
+                drive(&loaded, seed);
+            }
+            Err(error) => assert!(error.to_string().len() > 20, "{error}"),
+        });
+        driven += u64::from(is_study);
+        if !is_study || seed % 200 != 0 {
+            continue;
+        }
+        for question in questions(&keys) {
+            let kind = question["ask"].as_str().expect("a word").to_owned();
+            let question: Ask = serde_json::from_value(question).expect("a question");
+            let counts = replies.entry(kind).or_default();
+            timed(&mut || match ask(&question, &Files::here(), &mut go_on) {
+                Ok(reply) => {
+                    counts[0] += 1;
+                    check_answer(&serde_json::to_value(&reply).expect("numbers and words"));
+                }
                 Err(error) => {
-                    println!("refused {seed}: {error}");
-                    return assert!(!error.to_string().is_empty());
+                    counts[1] += 1;
+                    assert!(error.to_string().len() > 20, "{error}");
                 }
-            };
-            driven += 1;
-            drive(&loaded, seed);
-            if seed % 20 != 0 {
-                return;
-            }
-            for question in questions(&keys) {
-                let kind = question["ask"].as_str().expect("a word").to_owned();
-                let [answered, refused] = replies.entry(kind).or_default();
-                let question: Ask = serde_json::from_value(question).expect("a question");
-                match ask(&question, &Files::here(), &mut go_on) {
-                    Ok(reply) => {
-                        *answered += 1;
-                        check_answer(&serde_json::to_value(&reply).expect("numbers and words"));
-                    }
-                    Err(error) => {
-                        *refused += 1;
-                        assert!(error.to_string().len() > 20, "{error}");
-                    }
-                }
-            }
-        }));
-        let took = begun.elapsed();
-        slowest = slowest.max((took, seed));
-        if tried.is_err() || is_alone && took > Duration::from_secs(20) {
-            faults.push(seed);
-            println!("{seed}: {} s: {keys}", took.as_secs_f64());
+            });
         }
     }
-    println!(
-        "{driven} of {wanted} were driven; slowest: {slowest:?}; peak {:?} bytes",
-        peak_bytes()
-    );
+    let peak = peak_bytes();
+    println!("{driven} of {wanted} were driven; slowest: {slowest:?}; at most {peak:?} bytes");
     println!("answered, refused: {replies:?}");
     assert!(faults.is_empty(), "seeds {faults:?}");
-    assert!(!is_alone || peak_bytes().is_none_or(|bytes| bytes < 1_000_000_000));
-    // most are studies, and most questions have an answer
+    assert!(!is_alone || peak.is_none_or(|bytes| bytes < 1_000_000_000), "{peak:?} bytes");
+    // most are studies, and each question was asked
     assert!(10 * driven >= 6 * wanted, "{driven} of {wanted}");
     assert_eq!(replies.len(), 9);
 }
