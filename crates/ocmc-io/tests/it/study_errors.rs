@@ -51,6 +51,19 @@ fn a_key_that_moved_says_where_to() {
 }
 
 #[test]
+fn a_motor_that_its_battery_cannot_turn_is_refused() {
+    let weak = |power_w: f64| {
+        let key = "vehicle.powertrain.battery_electric.battery.discharge_power_w";
+        format!("study.base = \"battery-truck\"\n{key} = {power_w:?}\n")
+    };
+    // without a torque its motor takes 7.3 kW at most
+    let error = error_of(&weak(7200.0)).to_string();
+    let place = "`vehicle.powertrain.battery_electric.motor.map_loss_w` is 7300";
+    assert!(error.contains(place) && error.contains("below 7200 without a torque"), "{error}");
+    assert!(study::load_text::<&str>("mine.toml", &weak(7400.0), &[]).is_ok());
+}
+
+#[test]
 fn an_error_of_a_number_names_a_number_that_can_have_one() {
     let estimates = |keys: &str, errors: &str, more: &str| {
         format!("[uncertainty.fit]\nkeys = [{keys}]\nstandard_errors = [{errors}]\n{more}")

@@ -107,6 +107,19 @@ impl ElectricModel {
             "when to shift, where there is more than one gear",
         );
         validate_ratios(&self.ratio, problems);
+        self.validate_losses(problems);
+    }
+
+    /// A motor that the battery can turn without a torque. What turned it otherwise would come from
+    /// nowhere.
+    fn validate_losses(&self, problems: &mut Problems) {
+        let most_w = self.battery.discharge_limit_w(self.battery.minimum_charge);
+        let idle = self.motor.map_loss_w.iter().filter_map(|row| row.first());
+        let idle_w = idle.copied().fold(0.0, f64::max);
+        let allowed = format!(
+            "below {most_w:.0} without a torque: the power of the battery at its lowest charge"
+        );
+        problems.require(idle_w < most_w, "motor.map_loss_w", idle_w, &allowed);
     }
 
     /// The gears over a wheel; nothing slips and there is no loss but the efficiency.
