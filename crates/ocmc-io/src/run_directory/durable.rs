@@ -3,6 +3,7 @@
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
 use std::fs::{self, File};
+use std::io::ErrorKind::PermissionDenied;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +45,25 @@ pub(super) fn replace(path: &Path, text: &[u8]) -> Result<(), RunDirectoryError>
     })
 }
 
+/// Creates a directory, and those around it that are missing, with their names down to the disk.
+pub(super) fn create_directories(path: &Path) -> Result<(), RunDirectoryError> {
+    let changed = changed_by_creating(path);
+    fs::create_dir_all(path).map_err(FileError::create(path))?;
+    changed.into_iter().try_for_each(|directory| match sync_directory(directory) {
+        // whoever may put names into a directory need not be allowed to read it, and so to sync it
+        Err(RunDirectoryError::File(error)) if error.source.kind() == PermissionDenied => Ok(()),
+        synced => synced,
+    })
+}
+
+/// Directories that get another name in them where a directory is created.
+fn changed_by_creating(path: &Path) -> Vec<&Path> {
+    let missing = path.ancestors().take_while(|directory| !directory.exists());
+    let around = missing.filter_map(Path::parent);
+    // a name alone stands in the directory of the program
+    around.map(|around| if around.as_os_str().is_empty() { Path::new(".") } else { around }).collect()
+}
+
 /// Makes sure that the names in a directory are on the disk.
 pub(super) fn sync_directory(directory: &Path) -> Result<(), RunDirectoryError> {
     // elsewhere a directory cannot be opened as a file
@@ -52,4 +72,19 @@ pub(super) fn sync_directory(directory: &Path) -> Result<(), RunDirectoryError> 
     }
     let synced = File::open(directory).and_then(|opened| opened.sync_all());
     Ok(synced.map_err(FileError::write(directory))?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_new_directory_has_its_name_synced() {
+        let folder = tempfile::tempdir().expect("a directory");
+        let (there, path) = (folder.path(), folder.path().join("runs/a"));
+        assert_eq!(changed_by_creating(&path), [there.join("runs").as_path(), there]);
+        create_directories(&path).expect("space");
+        assert!(path.is_dir() && changed_by_creating(&path).is_empty());
+        assert_eq!(changed_by_creating(Path::new("nowhere")), [Path::new(".")]);
+    }
 }
