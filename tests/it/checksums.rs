@@ -3,9 +3,13 @@
 use crate::others_data::skipped;
 use crate::program::{change_manifest, ocmc, run_into, seal};
 use ocmc_fleet::run::RunPlan;
+use ocmc_fleet::summary::SummaryBuilder;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::RecordFormat;
-use ocmc_io::run_directory::{CHUNK_ROWS, Manifest, RunDirectory, read, unfinished, verify};
+use ocmc_io::run_directory::{
+    CHECKSUMS, CHUNK_ROWS, Manifest, RunDirectory, RunStatus, RunSummary, read, read_manifest,
+    unfinished, verify,
+};
 use ocmc_io::study::{self, Files};
 use std::fs;
 use std::ops::ControlFlow;
@@ -98,19 +102,78 @@ fn a_flipped_bit_or_a_cut_end_of_a_finished_run_is_named() {
     }
 }
 
-/// A run that was ended by force, with two full chunks.
+/// A run that was ended by force, with two full chunks, of which the last may not be counted.
 fn dead_run(out: &Path, format: RecordFormat) {
+    drop(begun_run(out, format));
+}
+
+/// A run of three chunks that has two, and what those add up to.
+fn begun_run(out: &Path, format: RecordFormat) -> (RunDirectory, RunSummary) {
     let loaded = study::load("field-truck", &["mission.length_m=1000"]).expect("a study");
     let given = GivenDrive::nothing();
     let plan = RunPlan::new(1, 0, 3 * CHUNK_ROWS as u64, None, None);
     let manifest = Manifest::new(&loaded, &plan, &given);
-    let mut run = RunDirectory::create(out, format, manifest).expect("empty");
+    let mut run = RunDirectory::create(out, format, manifest.clone()).expect("empty");
+    let mut fleet = SummaryBuilder::new(manifest.dependence());
     let first = RunPlan::new(1, 0, 2 * CHUNK_ROWS as u64, None, None);
     let ended = given.run(&loaded.study, &first, |records| {
+        fleet.add(&records);
         run.add(&records).expect("space");
         ControlFlow::<()>::Continue(())
     });
     assert!(ended.is_continue());
+    (run, RunSummary::new(&manifest, fleet.finish(), 1.0, 1))
+}
+
+/// What `ocmc verify` says of a directory, all of whose files are whole.
+fn said_of_whole(out: &Path) -> String {
+    let output = ocmc(&["verify"]).arg(out).output().expect("it starts");
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+#[test]
+fn a_chunk_that_is_not_counted_is_no_fault_and_an_unfinished_run_is_called_one() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (dead, complete) = (parent.path().join("dead"), parent.path().join("complete"));
+    dead_run(&dead, RecordFormat::Csv);
+    run_into(&complete, &["--cycles", "20", "--format", "csv"]);
+    for (out, is_complete) in [(&dead, false), (&complete, true)] {
+        let before = said_of_whole(out);
+        // its line is written before its chunk is there, and taken out after that is gone
+        let sums = out.join(CHECKSUMS);
+        let lines = fs::read_to_string(&sums).expect("written");
+        fs::write(&sums, format!("{lines}{:064}  chunks/00000002.csv\n", 0)).expect("ours");
+        assert_eq!(said_of_whole(out), before);
+        assert_eq!(before.contains("not complete"), !is_complete, "{before}");
+    }
+    let completed = read_manifest(&dead).expect("a run").completed;
+    let missing = format!("\nnot complete: {completed} of 3072 cycles, running; `ocmc --out ");
+    assert!(said_of_whole(&dead).contains(&missing), "{missing}");
+}
+
+#[test]
+fn an_interrupted_run_that_cannot_be_taken_up_stays_whole() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    let (run, summary) = begun_run(&out, RecordFormat::Parquet);
+    assert_eq!(run.finish(&summary).expect("space").status, RunStatus::Interrupted);
+    let resumed = || {
+        let found = unfinished(&out, &Files::here()).expect("whole").expect("unfinished");
+        RunDirectory::resume(&found, |_| ())
+    };
+    let before = said_of_whole(&out);
+    assert!(before.contains("not complete: 2048 of 3072 cycles, interrupted; "), "{before}");
+    // where the manifest is to be written there is no place
+    let taken = out.join("manifest.json.tmp");
+    fs::create_dir(&taken).expect("space");
+    assert!(resumed().is_err());
+    assert_eq!(said_of_whole(&out), before);
+    read(&out).expect("as before");
+    fs::remove_dir(&taken).expect("ours");
+    drop(resumed().expect("whole"));
+    assert!(said_of_whole(&out).contains("2048 of 3072 cycles, running; "));
 }
 
 #[test]

@@ -30,7 +30,9 @@ impl Answer for VerifyAnswer {
             None => format!("whole    {}\n", file.name),
             Some(fault) => format!("damaged  {}: {fault}\n", file.name),
         };
-        self.files().iter().map(line).collect()
+        let missing = self.verified.unfinished.iter();
+        let missing = missing.map(|missing| format!("not complete: {missing}\n"));
+        self.files().iter().map(line).chain(missing).collect()
     }
 }
 
@@ -63,17 +65,18 @@ pub fn verify(directory: &Path) -> Result<VerifyAnswer, Error> {
 /// The files of several runs, with the names of their directories in front, and the state that they
 /// have in common.
 fn all_of(runs: &[PathBuf]) -> Result<Verified, Error> {
-    let mut states = Vec::new();
-    let mut files = Vec::new();
+    let (mut states, mut unfinished, mut files) = (Vec::new(), Vec::new(), Vec::new());
     for run in runs {
         let found = match run_directory::verify(run) {
             Err(error @ RunDirectoryError::NotARun { .. }) => {
                 let (name, fault) = (MANIFEST.to_owned(), Some(error.to_string()));
-                Verified { status: None, files: vec![CheckedFile { name, fault }] }
+                let files = vec![CheckedFile { name, fault }];
+                Verified { status: None, unfinished: Vec::new(), files }
             }
             found => found?,
         };
         states.push(found.status);
+        unfinished.extend(found.unfinished);
         let group = run.file_name().unwrap_or_default().to_string_lossy();
         files.extend(found.files.into_iter().map(|file| {
             let name = format!("{group}/{}", file.name);
@@ -82,5 +85,5 @@ fn all_of(runs: &[PathBuf]) -> Result<Verified, Error> {
     }
     let first = states.first().copied().flatten();
     let status = first.filter(|first| states.iter().all(|state| *state == Some(*first)));
-    Ok(Verified { status, files })
+    Ok(Verified { status, unfinished, files })
 }

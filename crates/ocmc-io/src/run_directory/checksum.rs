@@ -6,7 +6,7 @@
 //! that was written twice either line may be the one that holds. The manifest has its own sum in
 //! itself: SHA-256 of its text with nothing between the quotes of `manifest_sha256`.
 
-use super::durable::replace;
+use super::durable::{replace, sync};
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
 use crate::input_file;
@@ -125,14 +125,17 @@ impl Checksums {
     }
 }
 
-/// Notes the sum of a file that was written to a run directory, where that has checksums.
+/// Notes the sum of a file that was written to a run directory, where that has checksums. The file is
+/// on the disk before its sum.
 ///
 /// # Errors
-/// Where the checksums or the file cannot be read, or the checksums cannot be written.
+/// Where the checksums or the file cannot be read, or one of them cannot be written.
 pub fn note_file(directory: &Path, name: &str) -> Result<(), RunDirectoryError> {
     let Some(mut sums) = Checksums::read(directory)? else { return Ok(()) };
     let path = directory.join(name);
     sums.set(name, sha256::of_file(&path).map_err(FileError::read(&path))?);
+    sync(&path)?;
+    sync(directory)?;
     sums.write()
 }
 

@@ -8,7 +8,7 @@
 //! locked by the program that writes.
 
 use super::checksum::{CHECKSUMS, Checksums};
-use super::durable::{replaced, sync_directory, temporary};
+use super::durable::{replaced, sync, temporary};
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
 use crate::records::{self, Compression, EncodedGroup, RecordFormat, RecordWriter};
@@ -82,7 +82,7 @@ impl Chunks {
                 return Err(RunDirectoryError::Busy(directory.to_owned()));
             }
         }
-        sync_directory(directory)?;
+        sync(directory)?;
         let threads = thread::available_parallelism().map_or(1, NonZero::get);
         let (under_way, side_by_side) = (VecDeque::new(), threads.div_ceil(THREADS_A_CHUNK));
         Ok(Self { folder, format, sums: sums()?, under_way, side_by_side, lock: Some(lock) })
@@ -149,7 +149,7 @@ impl Chunks {
         for path in &paths {
             fs::rename(temporary(path), path).map_err(FileError::write(path))?;
         }
-        sync_directory(&self.folder)?;
+        sync(&self.folder)?;
         Ok(paths.len() as u64)
     }
 

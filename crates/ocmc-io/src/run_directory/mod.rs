@@ -36,7 +36,7 @@ use crate::table_file::encoded;
 use crate::trucks::{self, TRUCKS};
 use checksum::Checksums;
 use chunks::{Chunks, is_chunk};
-use durable::replace;
+use durable::{create_directories, replace};
 use ocmc_core::cost::CostModel;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
@@ -243,7 +243,7 @@ impl RunDirectory {
         manifest: Manifest,
     ) -> Result<Self, RunDirectoryError> {
         check_free(path)?;
-        fs::create_dir_all(path).map_err(FileError::create(path))?;
+        create_directories(path)?;
         let manifest = Manifest {
             status: RunStatus::Running,
             completed: 0,
@@ -281,10 +281,11 @@ impl RunDirectory {
         let (status, records_sha256) = (RunStatus::Running, None);
         let manifest = Manifest { status, records_sha256, ..read_manifest(&path)? };
         let (full, waiting) = read_chunks(&chunks, &manifest, unfinished, sink)?;
+        // first, so that no manifest of an ended run is without the sums of its files
+        write_manifest(&path, &manifest)?;
         // the other files are written anew
         chunks.sums().retain(is_chunk);
         chunks.sums().write()?;
-        write_manifest(&path, &manifest)?;
         Ok(Self { path, manifest, chunks, full, waiting, open: false })
     }
 

@@ -1,9 +1,10 @@
 //! Says of each file of a run directory whether it is what was written.
 
 use super::checksum::Checksums;
-use super::chunks::CHUNK_ROWS;
+use super::chunks::{CHUNK_ROWS, is_chunk};
 use super::read::{check_study, directory_of};
 use super::{CHECKSUMS, CHUNKS, MANIFEST, Manifest, RunDirectoryError, RunStatus, read_manifest};
+use crate::shell_word::resume_command;
 use serde::Serialize;
 use std::path::Path;
 
@@ -13,6 +14,8 @@ pub struct Verified {
     /// How far its run has come; none where the manifest cannot be read, or where several runs have
     /// come differently far.
     pub status: Option<RunStatus>,
+    /// What is missing of runs that are not complete, in words.
+    pub unfinished: Vec<String>,
     /// Its files, in the order of their names.
     pub files: Vec<CheckedFile>,
 }
@@ -50,17 +53,22 @@ pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
         _ => Vec::new(),
     };
     let status = manifest.as_ref().ok().map(|manifest| manifest.status);
+    let unfinished = manifest.as_ref().ok().and_then(|manifest| missing(directory, manifest));
+    let expected = manifest.as_ref().map(files_of).unwrap_or_default();
     for name in &names {
         // that of a manifest which is under way is the one that it will have
         let is_ahead = *name == MANIFEST && status == Some(RunStatus::Running);
-        if let (Ok(Some(sums)), false) = (&sums, is_ahead) {
+        // a chunk that the manifest does not count yet, or not any more
+        let is_uncounted =
+            is_chunk(name) && manifest.is_ok() && expected.iter().all(|file| file != name);
+        if let (Ok(Some(sums)), false) = (&sums, is_ahead || is_uncounted) {
             files.push(noted(name, sums.check(name)));
         }
     }
     match &manifest {
         Ok(manifest) => {
             files.push(noted(MANIFEST, check_study(directory, manifest)));
-            for name in files_of(manifest).iter().filter(|name| !names.contains(&name.as_str())) {
+            for name in expected.iter().filter(|name| !names.contains(&name.as_str())) {
                 files.push(noted(name, Err(RunDirectoryError::without_sum(directory, name))));
             }
             if let Err(error) = sums {
@@ -72,7 +80,15 @@ pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
     // of several faults of a file the first one
     files.sort_by(|a, b| (&a.name, a.fault.is_none()).cmp(&(&b.name, b.fault.is_none())));
     files.dedup_by(|later, first| later.name == first.name);
-    Ok(Verified { status, files })
+    Ok(Verified { status, unfinished: unfinished.into_iter().collect(), files })
+}
+
+/// What a run that is not complete has, and what finishes it.
+fn missing(directory: &Path, manifest: &Manifest) -> Option<String> {
+    let Manifest { status, completed, cycles, .. } = manifest;
+    let (word, resume) = (status.name(), resume_command(directory));
+    let text = format!("{completed} of {cycles} cycles, {word}; `{resume}` finishes it");
+    (*status != RunStatus::Complete).then_some(text)
 }
 
 fn noted(name: &str, checked: Result<(), RunDirectoryError>) -> CheckedFile {
