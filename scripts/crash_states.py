@@ -1,33 +1,35 @@
 #!/usr/bin/env python3
-"""Crash states of run directories: what a kill or a power cut can leave, and what the program makes of it.
+"""Crash states of run directories: what a kill or a power cut can leave, and how it is resumed.
 
     scripts/crash_states.py OCMC [--kind NAME ...] [--samples 300] [--seed 1] [--quick]
 
-Records with `strace` the system calls by which runs change their directory, with all bytes, and replays them
-on a model of a file system, which has to end with the files that the run has left. Of the calls it makes
-states of the directory, as ALICE (Pillai et al., OSDI 2014) and CrashMonkey (Mohan et al., OSDI 2018) do:
+Records with `strace` the system calls by which runs change their directory, with all bytes, and
+replays them on a model of a file system, which has to end with the files that the run has left. Of
+the calls it makes states of the directory, as ALICE (Pillai et al., OSDI 2014) and CrashMonkey
+(Mohan et al., OSDI 2018) do:
 
 - prefixes: what a kill leaves after each call;
 - torn: the same, with half of the bytes of the last write;
 - samples: what a power cut can leave of a prefix.
 
-The file system of the samples is weaker than ext4 with `data=ordered`. A write is on the disk for certain
-once an fsync of its file has returned, and a new, renamed or removed name once an fsync of its directory has.
-Each other call before the cut may be lost alone, so that later ones are there without earlier ones. Of the
-other bytes of a file either all are there, or none, or some from the beginning on, or the file has its length
-and zeros in some of its blocks of 512 bytes. A rename within a file system is there as a whole or not at all.
+The file system of the samples is weaker than ext4 with `data=ordered`. A write is on the disk for
+certain once an fsync of its file has returned, and a new, renamed or removed name once an fsync of
+its directory has. Each other call before the cut may be lost alone, so that later ones are there
+without earlier ones. Of the other bytes of a file either all are there, or none, or some from the
+beginning on, or the file has its length and zeros in some of its blocks of 512 bytes. A rename
+within a file system is there as a whole or not at all.
 
-On each state `ocmc verify`, `ocmc report` and, where the module is there, `ocmc.load` are asked, and then the
-run's own command with `--resume`. Before that, right is:
+On each state `ocmc verify`, `ocmc report` and, where the module is there, `ocmc.load` are asked,
+and then the run's own command with `--resume`. Before that, right is:
 
 - the answer of a command that had ended, byte for byte;
 - that the run is not complete;
 - a refusal that names a file.
 
-A fault of a file that `--resume` does without is a false alarm, and counts as wrong. `--resume` has to end
-with the files of the undisturbed run, byte for byte, or to refuse and name the file. Other than those are in
-`summary.json` `wall_s` and `ended_at`, and with them its checksum. What the manifest had counted on the disk
-when the power was cut has to be there: else it is wrong, too.
+A fault of a file that `--resume` does without is a false alarm, and counts as wrong. `--resume`
+has to end with the files of the undisturbed run, byte for byte, or to refuse and name the file.
+Other than those are in `summary.json` `wall_s` and `ended_at`, and with them its checksum. What
+the manifest had counted on the disk when the power was cut has to be there: else it is wrong, too.
 """
 
 import argparse
@@ -63,11 +65,13 @@ KINDS = {
     "interrupted": ["--cycles", "3000", "--chunk", "64", *CSV],
 }
 TRACED = (
-    "open,openat,openat2,creat,write,pwrite64,writev,pwritev,pwritev2,rename,renameat,renameat2,fsync,"
-    "fdatasync,sync,syncfs,sync_file_range,ftruncate,truncate,fallocate,mkdir,mkdirat,unlink,unlinkat,rmdir,"
-    "link,linkat,symlink,symlinkat,mknod,mknodat,copy_file_range,sendfile,splice,io_uring_enter,mmap"
+    "open,openat,openat2,creat,write,pwrite64,writev,pwritev,pwritev2,rename,renameat,renameat2,"
+    "fsync,fdatasync,sync,syncfs,sync_file_range,ftruncate,truncate,fallocate,mkdir,mkdirat,unlink,"
+    "unlinkat,rmdir,link,linkat,symlink,symlinkat,mknod,mknodat,copy_file_range,sendfile,splice,"
+    "io_uring_enter,mmap"
 )
-# what they do; all others that are traced are not in the model, unless they are those of a descriptor
+# what they do; all others that are traced are not in the model, unless they are those of a
+# descriptor
 NAMING = {
     "open": "open",
     "openat": "open",
@@ -192,7 +196,9 @@ class Recorder:
 
     def take(self, name: str, arguments: str, result: int, begin: int) -> None:
         """One call that succeeded, which is kept if it is about the directory."""
-        strings = [bytes.fromhex(text.replace("\\x", "")) for text in self.STRING.findall(arguments)]
+        strings = [
+            bytes.fromhex(text.replace("\\x", "")) for text in self.STRING.findall(arguments)
+        ]
         bases = [pathlib.Path(unescaped(text)) for text in self.DESCRIPTOR.findall(arguments)]
         base = bases[0] if bases else pathlib.Path("/")
         if name in NAMING:
@@ -205,11 +211,24 @@ class Recorder:
                 self.add(Call("fsync", begin, self.place, inode))
             elif name == "write":
                 offset = len(self.now.files[inode])
-                self.add(Call("write", begin, self.place, inode, offset=offset, content=strings[0][:result]))
-            elif name != "mmap" or {"MAP_SHARED", "PROT_WRITE"} <= set(re.split(r"[|, ]+", arguments)):
+                self.add(
+                    Call(
+                        "write",
+                        begin,
+                        self.place,
+                        inode,
+                        offset=offset,
+                        content=strings[0][:result],
+                    )
+                )
+            elif name != "mmap" or {"MAP_SHARED", "PROT_WRITE"} <= set(
+                re.split(r"[|, ]+", arguments)
+            ):
                 raise SystemExit(f"`{name}` of `{base}` is not in the model")
 
-    def take_names(self, kind: str, arguments: str, places: list[tuple[int, str] | None], begin: int) -> None:
+    def take_names(
+        self, kind: str, arguments: str, places: list[tuple[int, str] | None], begin: int
+    ) -> None:
         """One call that names files; none of them need be in the directory."""
         place = places[0]
         if kind == "rename":
@@ -271,7 +290,9 @@ def files_of(folder: pathlib.Path) -> Tree:
     if not folder.exists():
         return {}
     below = {f"./{path.relative_to(folder)}": path for path in folder.rglob("*")}
-    return {".": None} | {name: None if path.is_dir() else path.read_bytes() for name, path in below.items()}
+    return {".": None} | {
+        name: None if path.is_dir() else path.read_bytes() for name, path in below.items()
+    }
 
 
 def write(tree: Tree, folder: pathlib.Path) -> None:
@@ -295,7 +316,7 @@ def digest(tree: Tree, *, is_quick: bool) -> bytes:
 
 
 def same_run(tree: Tree) -> Tree:
-    """Files of a run without its report, and without what differs between runs of the same bytes."""
+    """Files of a run without its report and what differs between runs of the same bytes."""
     tree = {name: content for name, content in tree.items() if not name.startswith("./report.html")}
     if summary := tree.get("./summary.json"):
         tree["./summary.json"] = MEASURED.sub(b"", summary)
@@ -317,7 +338,7 @@ def manifest_of(tree: Tree) -> tuple[str, int]:
 
 @dataclasses.dataclass
 class State:
-    """What a crash leaves, and what had to be left."""
+    """Files that a crash leaves, and those that had to be left."""
 
     how: str
     tree: Tree
@@ -330,7 +351,8 @@ class Crashes:
 
     def __init__(self, calls: list[Call], name: str) -> None:
         self.calls, self.name = calls, name
-        # what the manifest says after each fsync of the directory: from then on it is not to be lost
+        # what the manifest says after each fsync of the directory: from then on it is not to be
+        # lost
         self.promised: list[tuple[int, bool]] = [(0, False)]
         system = FileSystem()
         for call in calls:
@@ -361,7 +383,11 @@ class Crashes:
         # most calls are writes of chunks: half of the cuts are where names or barriers are
         marks = [k for k, call in enumerate(self.calls) if call.kind != "write"]
         for _ in range(count):
-            k = draw.randrange(len(self.calls) + 1) if draw.random() < 0.5 else draw.choice(marks) + 1  # noqa: PLR2004
+            k = (
+                draw.randrange(len(self.calls) + 1)
+                if draw.random() < 0.5
+                else draw.choice(marks) + 1
+            )
             kept = draw.choice((0.0, 0.5, 0.5, 0.9, 1.0))
 
             def names(calls: list[Call], kept: float = kept) -> list[Call]:
@@ -378,10 +404,12 @@ class Crashes:
         names: Callable[[list[Call]], list[Call]],
         content: Callable[[int, list[Call]], list[Call]],
     ) -> Tree:
-        """Files after `k` calls; of those that are not synced `names` and `content` say what is left."""
+        """Files after `k` calls; `names` and `content` say what is left of unsynced ones."""
         calls = self.calls[:k]
         now = calls[-1].end if calls else 0
-        synced = {call.inode: call.begin for call in calls if call.kind == "fsync" and call.end <= now}
+        synced = {
+            call.inode: call.begin for call in calls if call.kind == "fsync" and call.end <= now
+        }
         changed: list[Call] = []
         open_writes = collections.defaultdict(list)
         open_names = []
@@ -443,7 +471,9 @@ class Asked:
 
     def command(self, *arguments: str) -> tuple[int, str, str]:
         """Status, answer and messages of a command."""
-        done = subprocess.run([self.program, *arguments], capture_output=True, check=False, timeout=120)
+        done = subprocess.run(
+            [self.program, *arguments], capture_output=True, check=False, timeout=120
+        )
         return done.returncode, done.stdout.decode(), done.stderr.decode()
 
     def verify(self) -> tuple[int, str, str]:
@@ -513,7 +543,9 @@ class Judge:
             is_refused = status == 1 and names_a_file(said, self.asked.folder) and not is_complete
             resumed = "refused" if is_refused else "wrong"
             differ = [name for name in left | self.whole if left.get(name) != self.whole.get(name)]
-            wrong = [] if is_refused else [f"--resume ends with {status}, other are {differ}: {said}"]
+            wrong = (
+                [] if is_refused else [f"--resume ends with {status}, other are {differ}: {said}"]
+            )
         for name, (status, answer, said) in answers.items():
             fault = self.fault(name, status, answer, said, is_complete=is_complete)
             if not fault and status == 1 and resumed == "same":
@@ -522,7 +554,9 @@ class Judge:
                 wrong.append(f"{name} ends with {status}, {fault}: {answer} {said}")
         return resumed, wrong
 
-    def fault(self, name: str, status: int, answer: str, said: str, *, is_complete: bool) -> str | None:
+    def fault(
+        self, name: str, status: int, answer: str, said: str, *, is_complete: bool
+    ) -> str | None:
         """Reason why an answer about a state is wrong."""
         if "panicked" in said or status not in (0, 1):
             return "no answer"
@@ -542,7 +576,18 @@ def record(asked: Asked, name: str, scratch: pathlib.Path) -> tuple[list[Call], 
     commands = [begin, report, [*begin, "--resume"], report] if name == "interrupted" else [begin]
     for k, arguments in enumerate(commands):
         traced = scratch / "trace"
-        trace = ["strace", "-f", "-y", "-xx", "-s", str(1 << 26), "-e", f"trace={TRACED}", "-o", str(traced)]
+        trace = [
+            "strace",
+            "-f",
+            "-y",
+            "-xx",
+            "-s",
+            str(1 << 26),
+            "-e",
+            f"trace={TRACED}",
+            "-o",
+            str(traced),
+        ]
         is_stopped = name == "interrupted" and k == 0
         if is_stopped:
             # when the first chunk is about to take its place
@@ -570,7 +615,10 @@ def counted(states: Iterable[State], judge: Judge, seen: dict[bytes, Judged]) ->
         status, completed = manifest_of(state.tree)
         lost = completed < state.counted or (state.complete and status != "complete")
         if lost:
-            wrong = [*wrong, f"{state.counted} cycles were counted on the disk, {completed} are there"]
+            wrong = [
+                *wrong,
+                f"{state.counted} cycles were counted on the disk, {completed} are there",
+            ]
         count[state.how] += 1
         count[resumed] += resumed != "wrong"
         count["wrong"] += bool(wrong)
@@ -583,12 +631,18 @@ def main() -> None:
     """Table of the states of all kinds of runs, and the status 1 where one is wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("ocmc", help="the program")
-    parser.add_argument("--kind", action="append", choices=KINDS, help="kinds of runs [default: all]")
+    parser.add_argument(
+        "--kind", action="append", choices=KINDS, help="kinds of runs [default: all]"
+    )
     parser.add_argument(
         "--samples", type=int, default=300, help="power cuts of a kind [default: %(default)s]"
     )
-    parser.add_argument("--seed", type=int, default=1, help="of the power cuts [default: %(default)s]")
-    parser.add_argument("--quick", action="store_true", help="states that differ in bytes of *.tmp are one")
+    parser.add_argument(
+        "--seed", type=int, default=1, help="of the power cuts [default: %(default)s]"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="states that differ in bytes of *.tmp are one"
+    )
     options = parser.parse_args()
     if not shutil.which("strace"):
         print("skipped: no strace here")
@@ -612,7 +666,10 @@ def main() -> None:
             count.update(counted(crashes.samples(options.samples, draw), judge, seen))
             count["distinct"] = len(seen)
             is_wrong |= count["wrong"] > 0
-            print(f"| {name} | {len(calls)} | {' | '.join(str(count[c]) for c in columns)} |", flush=True)
+            print(
+                f"| {name} | {len(calls)} | {' | '.join(str(count[c]) for c in columns)} |",
+                flush=True,
+            )
     if is_wrong:
         raise SystemExit(1)
 

@@ -125,7 +125,7 @@ fn begun_run(out: &Path, format: RecordFormat) -> (RunDirectory, RunSummary) {
     (run, RunSummary::new(&manifest, fleet.finish(), 1.0, 1))
 }
 
-/// What `ocmc verify` says of a directory, all of whose files are whole.
+/// Answer of `ocmc verify` on a directory, all of whose files are whole.
 fn said_of_whole(out: &Path) -> String {
     let output = ocmc(&["verify"]).arg(out).output().expect("it starts");
     let said = String::from_utf8(output.stdout).expect("UTF-8");

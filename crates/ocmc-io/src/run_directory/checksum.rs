@@ -125,8 +125,8 @@ impl Checksums {
     }
 }
 
-/// Notes the sum of a file that was written to a run directory, where that has checksums. The file is
-/// on the disk before its sum.
+/// Notes the sum of a file that was written to a run directory, where that has checksums. The file
+/// is on the disk before its sum.
 ///
 /// # Errors
 /// Where the checksums or the file cannot be read, or one of them cannot be written.

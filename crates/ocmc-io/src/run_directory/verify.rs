@@ -14,7 +14,7 @@ pub struct Verified {
     /// How far its run has come; none where the manifest cannot be read, or where several runs have
     /// come differently far.
     pub status: Option<RunStatus>,
-    /// What is missing of runs that are not complete, in words.
+    /// Sentences on runs that are not complete: how far they are, and what finishes them.
     pub unfinished: Vec<String>,
     /// Its files, in the order of their names.
     pub files: Vec<CheckedFile>,
@@ -83,7 +83,7 @@ pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
     Ok(Verified { status, unfinished: unfinished.into_iter().collect(), files })
 }
 
-/// What a run that is not complete has, and what finishes it.
+/// Sentence on a run that is not complete: how far it is, and what finishes it.
 fn missing(directory: &Path, manifest: &Manifest) -> Option<String> {
     let Manifest { status, completed, cycles, .. } = manifest;
     let (word, resume) = (status.name(), resume_command(directory));
