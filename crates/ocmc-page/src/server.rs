@@ -134,15 +134,25 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
             connection.answer(503, TEXT, b"too many requests at once");
             continue;
         }
+        let place = Place::of(shared);
+        // where no thread can be started, the place is given back with what it would have run
+        let _ = thread::Builder::new().spawn(move || serve(&place.0, &mut connection));
+    }
+}
+
+/// Place of a connection among those that are open, given back however its thread ends.
+struct Place(Arc<Shared>);
+
+impl Place {
+    fn of(shared: &Arc<Shared>) -> Self {
         shared.open.fetch_add(1, Ordering::Relaxed);
-        let own = Arc::clone(shared);
-        let started = thread::Builder::new().spawn(move || {
-            serve(&own, &mut connection);
-            own.open.fetch_sub(1, Ordering::Relaxed);
-        });
-        if started.is_err() {
-            shared.open.fetch_sub(1, Ordering::Relaxed);
-        }
+        Self(Arc::clone(shared))
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0.open.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
