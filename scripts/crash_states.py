@@ -383,11 +383,8 @@ class Crashes:
         # most calls are writes of chunks: half of the cuts are where names or barriers are
         marks = [k for k, call in enumerate(self.calls) if call.kind != "write"]
         for _ in range(count):
-            k = (
-                draw.randrange(len(self.calls) + 1)
-                if draw.random() < 0.5
-                else draw.choice(marks) + 1
-            )
+            is_anywhere = draw.random() < 0.5  # noqa: PLR2004
+            k = draw.randrange(len(self.calls) + 1) if is_anywhere else draw.choice(marks) + 1
             kept = draw.choice((0.0, 0.5, 0.5, 0.9, 1.0))
 
             def names(calls: list[Call], kept: float = kept) -> list[Call]:
