@@ -4,24 +4,28 @@
 //! Its token `S` proves that the CPU has the instructions. Plain IEEE operations, never a fused
 //! multiply-add: the bits do not depend on the CPU.
 
-use fearless_simd::{Level, SimdInto, f64x4, f64x8, mask64x8, prelude::*, u64x8};
+use fearless_simd::{Level, SimdInto, f64x4, f64x8, prelude::*};
 
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 #[cfg(target_arch = "wasm32")]
-use wasm::{larger, smaller};
+use fearless_simd::{f64x4 as Numbers, mask64x4 as Truths, u64x4 as Integers};
+#[cfg(not(target_arch = "wasm32"))]
+use fearless_simd::{f64x8 as Numbers, mask64x8 as Truths, u64x8 as Integers};
+#[cfg(target_arch = "wasm32")]
+use wasm::{larger, smaller, transposed};
 
-/// Trucks of one block.
-pub const WIDTH: usize = 8;
+/// Trucks of one block: in WebAssembly four, whose vectors have two numbers each.
+pub const WIDTH: usize = if cfg!(target_arch = "wasm32") { 4 } else { 8 };
 
 /// A number that never binds: a distance, a speed or a squared speed.
 pub const UNBOUNDED: f64 = 1e9;
 
 /// A number for each truck.
-pub type Lanes<S> = f64x8<S>;
+pub type Lanes<S> = Numbers<S>;
 
 /// A flag for each truck.
-pub type Flags<S> = mask64x8<S>;
+pub type Flags<S> = Truths<S>;
 
 /// The instructions that every CPU of the platform has.
 #[cfg(target_arch = "x86_64")]
@@ -84,10 +88,13 @@ pub fn interleaves_blocks<S: Simd>(simd: S) -> bool {
 ///
 /// Where the steps of two blocks are interleaved, the compiler would put all parts of one block
 /// first, and those of the other behind them, beyond what the CPU can see at once. One block alone
-/// is compiled a little better with the barriers, too. A barrier costs a store.
+/// is compiled a little better with the barriers, too. A barrier costs a store. WebAssembly has
+/// none: the browser schedules its instructions anew.
 #[inline(always)]
 pub fn scheduling_barrier<S: Simd>(numbers: Lanes<S>) {
-    std::hint::black_box(&numbers);
+    if cfg!(not(target_arch = "wasm32")) {
+        std::hint::black_box(&numbers);
+    }
 }
 
 /// Kept between two numbers.
@@ -141,17 +148,22 @@ pub fn lerp<S: Simd>(share: Lanes<S>, first: Lanes<S>, second: Lanes<S>) -> Lane
 /// gather would be slow.
 #[inline(always)]
 pub fn columns<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> [Lanes<S>; 4] {
-    let (even_front, odd_front) =
-        two_rows(simd, row_of(0), row_of(1)).deinterleave(two_rows(simd, row_of(2), row_of(3)));
-    let (even_back, odd_back) =
-        two_rows(simd, row_of(4), row_of(5)).deinterleave(two_rows(simd, row_of(6), row_of(7)));
+    transposed(simd, row_of)
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+#[inline(always)]
+fn transposed<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> [Lanes<S>; 4] {
+    let rows = |front, back| two_rows(simd, row_of(front), row_of(back));
+    let (even_front, odd_front) = rows(0, 1).deinterleave(rows(2, 3));
+    let (even_back, odd_back) = rows(4, 5).deinterleave(rows(6, 7));
     let (first, third) = even_front.deinterleave(even_back);
     let (second, fourth) = odd_front.deinterleave(odd_back);
     [first, second, third, fourth]
 }
 
 #[inline(always)]
-fn two_rows<S: Simd>(simd: S, front: &[f64; 4], back: &[f64; 4]) -> Lanes<S> {
+fn two_rows<S: Simd>(simd: S, front: &[f64; 4], back: &[f64; 4]) -> f64x8<S> {
     f64x4::load_array_ref(simd, front).combine(f64x4::load_array_ref(simd, back))
 }
 
@@ -167,7 +179,7 @@ pub fn ln<S: Simd>(x: Lanes<S>) -> Lanes<S> {
     const ONE: u64 = 0x3ff0_0000_0000_0000;
     /// 2⁵² as a number, where the last binary digit counts ones.
     const TWO_TO_52: u64 = 0x4330_0000_0000_0000;
-    let bits: u64x8<S> = x.bitcast::<u64x8<S>>() + (ONE - ROOT_OF_HALF);
+    let bits: Integers<S> = x.bitcast::<Integers<S>>() + (ONE - ROOT_OF_HALF);
     let exponent: Lanes<S> = ((bits >> 52) | TWO_TO_52).bitcast();
     let k = exponent - (f64::from_bits(TWO_TO_52) + 1023.0);
     let reduced: Lanes<S> = ((bits & FRACTION) + ROOT_OF_HALF).bitcast();

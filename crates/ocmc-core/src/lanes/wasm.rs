@@ -1,31 +1,42 @@
 //! Bounds in WebAssembly. Its `min` and `max` take care of NaN and signed zeros, which costs eight
 //! instructions of a CPU; its pseudo-minimum and pseudo-maximum are those of x86, and cost one.
 
-use super::Lanes;
-use fearless_simd::{f64x2, f64x4, prelude::*};
+use super::{Lanes, two_rows};
+use fearless_simd::{f64x2, f64x8, prelude::*};
 use std::arch::wasm32::{f64x2_pmax, f64x2_pmin, v128};
 
 /// The larger one of each pair.
 #[inline(always)]
 pub(super) fn larger<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
-    of_quarters(a, b, |a, b| f64x2_pmax(b, a))
+    of_halves(a, b, |a, b| f64x2_pmax(b, a))
 }
 
 /// The smaller one of each pair.
 #[inline(always)]
 pub(super) fn smaller<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
-    of_quarters(a, b, |a, b| f64x2_pmin(b, a))
+    of_halves(a, b, |a, b| f64x2_pmin(b, a))
 }
 
 /// An operation on vectors of two numbers.
 #[inline(always)]
-fn of_quarters<S: Simd>(a: Lanes<S>, b: Lanes<S>, of: impl Fn(v128, v128) -> v128) -> Lanes<S> {
-    let quarter =
-        |a: f64x2<S>, b: f64x2<S>| -> f64x2<S> { of(a.into(), b.into()).simd_into(a.simd) };
-    let half = |a: f64x4<S>, b: f64x4<S>| {
-        let ((a, c), (b, d)) = (a.split(), b.split());
-        quarter(a, b).combine(quarter(c, d))
-    };
+fn of_halves<S: Simd>(a: Lanes<S>, b: Lanes<S>, of: impl Fn(v128, v128) -> v128) -> Lanes<S> {
+    let half = |a: f64x2<S>, b: f64x2<S>| -> f64x2<S> { of(a.into(), b.into()).simd_into(a.simd) };
     let ((a, c), (b, d)) = (a.split(), b.split());
     half(a, b).combine(half(c, d))
+}
+
+/// The columns of four rows.
+#[inline(always)]
+pub(super) fn transposed<'a, S: Simd>(
+    simd: S,
+    row_of: impl Fn(usize) -> &'a [f64; 4],
+) -> [Lanes<S>; 4] {
+    let rows = |front, back| two_rows(simd, row_of(front), row_of(back));
+    let (even, odd) = rows(0, 1).deinterleave(rows(2, 3));
+    let each_second = |numbers: f64x8<S>| {
+        let (front, back) = numbers.split();
+        front.deinterleave(back)
+    };
+    let ((first, third), (second, fourth)) = (each_second(even), each_second(odd));
+    [first, second, third, fourth]
 }

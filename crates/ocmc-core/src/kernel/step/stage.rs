@@ -75,16 +75,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         for lane in 0..WIDTH {
             self.motion.at[lane] += bits >> lane & 1;
         }
-        let rows = [
-            self.row(0).quads(),
-            self.row(1).quads(),
-            self.row(2).quads(),
-            self.row(3).quads(),
-            self.row(4).quads(),
-            self.row(5).quads(),
-            self.row(6).quads(),
-            self.row(7).quads(),
-        ];
+        let rows: [_; WIDTH] = std::array::from_fn(
+            #[inline(always)]
+            |lane| self.row(lane).quads(),
+        );
         let [a, b, c, d] = columns(
             simd,
             #[inline(always)]

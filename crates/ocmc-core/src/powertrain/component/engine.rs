@@ -312,16 +312,10 @@ impl Engine {
     pub fn curves_at<S: Simd>(&self, speed_radps: Lanes<S>) -> Curves<S> {
         let simd = speed_radps.simd;
         let cells = self.curve_pieces.cells(speed_radps);
-        let pieces: [&CurvePiece; WIDTH] = [
-            &self.curves[self.curve_pieces.piece_of(cells[0]) as usize],
-            &self.curves[self.curve_pieces.piece_of(cells[1]) as usize],
-            &self.curves[self.curve_pieces.piece_of(cells[2]) as usize],
-            &self.curves[self.curve_pieces.piece_of(cells[3]) as usize],
-            &self.curves[self.curve_pieces.piece_of(cells[4]) as usize],
-            &self.curves[self.curve_pieces.piece_of(cells[5]) as usize],
-            &self.curves[self.curve_pieces.piece_of(cells[6]) as usize],
-            &self.curves[self.curve_pieces.piece_of(cells[7]) as usize],
-        ];
+        let pieces: [&CurvePiece; WIDTH] = std::array::from_fn(
+            #[inline(always)]
+            |lane| &self.curves[self.curve_pieces.piece_of(cells[lane]) as usize],
+        );
         let lines = columns(
             simd,
             #[inline(always)]
