@@ -113,12 +113,14 @@ impl ElectricModel {
     /// A motor that the battery can turn without a torque. What turned it otherwise would come from
     /// nowhere.
     fn validate_losses(&self, problems: &mut Problems) {
-        let most_w = self.battery.discharge_limit_w(self.battery.minimum_charge);
+        let mut battery = self.battery.aged();
+        let factors = battery.thermal.iter().flat_map(|thermal| &thermal.resistance_factor);
+        battery.resistance_ohm *= factors.flatten().copied().reduce(f64::max).unwrap_or(1.0);
+        let most_w = battery.discharge_limit_w(battery.minimum_charge);
         let idle = self.motor.map_loss_w.iter().filter_map(|row| row.first());
         let idle_w = idle.copied().fold(0.0, f64::max);
-        let allowed = format!(
-            "below {most_w:.0} without a torque: the power of the battery at its lowest charge"
-        );
+        let allowed =
+            format!("below {most_w:.0} without a torque: the least of what the battery can give");
         problems.require(idle_w < most_w, "motor.map_loss_w", idle_w, &allowed);
     }
 

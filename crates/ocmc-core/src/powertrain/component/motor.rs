@@ -174,8 +174,10 @@ impl Motor {
         let (mut inside, mut before) = (0.0, self.terminals_w(speed_radps, 0.0));
         for end in ends {
             let after = self.terminals_w(speed_radps, sign * end);
-            let limit = if sign > 0.0 { most_w } else { least_w };
-            if sign * (after - limit) > 0.0 {
+            // losses can be larger than what braking gives back
+            let above = after > most_w && after > before;
+            if above || after < least_w {
+                let limit = if above { most_w } else { least_w };
                 let share = ((limit - before) / (after - before)).clamp(0.0, 1.0);
                 return sign * (inside + share * (end - inside));
             }
@@ -233,6 +235,16 @@ pub(crate) mod tests {
             let got = loss(speed, torque);
             assert!((got / wanted - 1.0).abs() < 1e-12, "{speed} {torque}: {got}");
         }
+    }
+
+    #[test]
+    fn a_brake_that_loses_more_than_it_gives_back_stays_within_the_battery() {
+        let lossy = vec![vec![500.0, 5e3, 20e3], vec![2e3, 10e3, 9e6], vec![6e3, 20e3, 50e3]];
+        let motor = Motor::new(&MotorModel { map_loss_w: lossy, ..motor() });
+        let (speed, least, most) = (200.0, -300e3, 300e3);
+        let torque = motor.within_nm(speed, -2400.0, least, most);
+        let got = motor.terminals_w(speed, torque);
+        assert!(torque < -1000.0 && (got - most).abs() < 1.0, "{torque} {got}");
     }
 
     #[test]
