@@ -314,6 +314,7 @@ impl World<'_> {
             ControlFlow::<()>::Continue(())
         });
         assert!(ended.is_continue());
+        run.settle().expect("space");
         self.held[at] = Some(Held { part, is_complete: false, flips: BTreeMap::new() });
     }
 
