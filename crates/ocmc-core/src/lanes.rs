@@ -1,5 +1,5 @@
-//! Eight trucks side by side: the numbers and flags of the step function are the vectors of the
-//! `fearless_simd` crate.
+//! Trucks side by side, eight or four: the numbers and flags of the step function are the vectors
+//! of the `fearless_simd` crate.
 //!
 //! Its token `S` proves that the CPU has the instructions. Plain IEEE operations, never a fused
 //! multiply-add: the bits do not depend on the CPU.

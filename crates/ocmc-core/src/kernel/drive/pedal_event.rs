@@ -110,7 +110,7 @@ pub struct EventSeries {
 /// A truck that rolls into an event: its scenario, and how it rolls.
 pub type RollingStart = (Scenario, InitialMotion);
 
-/// Drives events for some time each, in s, or until their roads end: eight trucks side by side. The
+/// Drives events for some time each, in s, or until their roads end, side by side. The
 /// series are in the order of the starts, and none depends on the others.
 pub fn simulate_events(
     study: &Study,

@@ -109,7 +109,7 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
     }
 }
 
-/// Eight trucks.
+/// Trucks of a block.
 #[derive(Clone, Debug)]
 pub struct State<S: Simd, P: Powertrain> {
     /// Quantities that change from step to step.
@@ -124,7 +124,7 @@ pub struct State<S: Simd, P: Powertrain> {
     pub ledger: Ledger<Lanes<S>>,
 }
 
-/// Motion and driver of eight trucks. A flag is 1 or 0.
+/// Motion and driver of the trucks of a block. A flag is 1 or 0.
 #[derive(Clone, Debug)]
 pub struct Motion<S: Simd> {
     /// Speed, in m/s.
@@ -166,7 +166,7 @@ pub struct Motion<S: Simd> {
     pub steps_left: Lanes<S>,
 }
 
-/// Constants of eight trucks and their drivers over a cycle, the masses in a gear.
+/// Constants of the trucks of a block and their drivers over a cycle, the masses in a gear.
 #[derive(Clone, Debug)]
 pub struct LaneConstants<S: Simd> {
     /// Longest step with a pressed brake, in s: with longer ones the pedals would oscillate.
