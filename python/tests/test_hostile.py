@@ -13,7 +13,7 @@ ORDINARY = (ValueError, TypeError, OSError, KeyError, OverflowError, AttributeEr
 
 
 class Liar:
-    """Says that it speaks Arrow, and does not."""
+    """Says that it exports Arrow, and does not."""
 
     def __arrow_c_stream__(self, requested_schema=None):
         return "a stream"

@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 ///     One row a curve: ``driver`` (or ``truck``), ``radius_m`` (m), ``speed_mps`` (m/s), and where
 ///     known ``direction`` (``left`` or ``right``), ``route_m`` (length of the route, m),
 ///     ``limit_mps`` (m/s), and ``gap_before_m``, ``gap_after_m``, ``slowest_near_mps``,
-///     ``stop_near_m`` as `detect_curves` gives them. Any table that speaks Arrow, a dictionary of
+///     ``stop_near_m`` as `detect_curves` gives them. Any table that exports Arrow, a dictionary of
 ///     columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_kmh": "v"}``.
@@ -138,7 +138,7 @@ pub(crate) fn fit_curve_speed<'py>(
 ///     One row a speed change: ``acceleration_mps2`` (m/s², negative for slowing down), and where
 ///     known ``category`` and
 ///     ``driver`` (or ``truck``). Or logs: ``time_s``, ``speed_mps`` or ``speed_kmh``,
-///     ``limit_mps`` or ``limit_kmh``. Any table that speaks Arrow, a dictionary of columns, or a
+///     ``limit_mps`` or ``limit_kmh``. Any table that exports Arrow, a dictionary of columns, or a
 ///     CSV file.
 /// columns : dict of str to str, optional
 ///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``.
@@ -224,7 +224,7 @@ pub(crate) fn fit_speed_change<'py>(
 ///     ``time_s``, ``speed_mps`` or ``speed_kmh``, and where known ``yaw_rate_radps``,
 ///     ``limit_mps``, ``grade`` or ``altitude_m``,
 ///     ``road_type``, ``map_object``, ``position_m``, ``payload_kg`` and others; any table that
-///     speaks Arrow, a dictionary of columns, or a CSV file.
+///     exports Arrow, a dictionary of columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``; then all files are
 ///     logs.
@@ -341,7 +341,7 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 /// ----------
 /// records : table, str or os.PathLike
 ///     One row a trip: ``truck_id`` (or ``truck``, ``vehicle_id``), and where known ``driver_id``
-///     (or ``driver``) and ``outcome``. Any table that speaks Arrow, a dictionary of columns, a
+///     (or ``driver``) and ``outcome``. Any table that exports Arrow, a dictionary of columns, a
 ///     file, or the directory of a run.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"truck": "plate"}``.
@@ -457,7 +457,7 @@ pub(crate) fn fit_fleet<'py>(
 ///     (from a midnight), one of
 ///     ``density_share`` (of the density of standing traffic), ``density_per_m`` (vehicles per m
 ///     and lane) and ``speed_ratio`` (of the free speed), and, where there are several of a type,
-///     ``site``. Any table that speaks Arrow, a dictionary of columns, or a CSV file.
+///     ``site``. Any table that exports Arrow, a dictionary of columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
@@ -531,7 +531,7 @@ pub(crate) fn fit_traffic<'py>(
 ///     ``temperature_c``, ``pressure_pa`` or ``pressure_hpa``, ``relative_humidity`` (0 to 1) or
 ///     ``relative_humidity_percent``, ``precipitation_mps`` or ``precipitation_mm_per_h``,
 ///     ``wind_speed_mps``,
-///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that speaks Arrow, a dictionary
+///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that exports Arrow, a dictionary
 ///     of columns, or a CSV file. Several of one place are joined by time.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.

@@ -1,4 +1,4 @@
-//! Tables that come in: whatever speaks Arrow, a mapping from names to columns, or a file.
+//! Tables that come in: whatever exports Arrow, a mapping from names to columns, or a file.
 
 use crate::error::exception;
 use crate::value::{shown, wrong_type};
@@ -29,7 +29,7 @@ pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Source> {
         let (names, columns) = mapping(table, argument)?;
         (names, vec![columns])
     } else {
-        let allowed = "a path, a table that speaks Arrow (pandas, polars, pyarrow, duckdb) or a \
+        let allowed = "a path, a table that exports Arrow (pandas, polars, pyarrow, duckdb) or a \
                        dictionary of columns";
         return Err(wrong_type(table, argument, allowed));
     };
@@ -122,7 +122,7 @@ fn mapping(table: &Bound<PyAny>, argument: &str) -> PyResult<(Vec<String>, Vec<A
     Ok((names, columns))
 }
 
-/// A column of a mapping: times of whatever speaks Arrow as they are, with their zone, numbers
+/// A column of a mapping: times of whatever exports Arrow as they are, with their zone, numbers
 /// where numpy sees numbers, otherwise texts, and dates as texts. None where it is no column. A
 /// copy, since Python may write into an array at any time.
 fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
@@ -153,7 +153,7 @@ fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
     }
 }
 
-/// A column of times that speaks Arrow and lies in one piece; numpy has no zones.
+/// A column of times that exports Arrow and lies in one piece; numpy has no zones.
 fn times(column: &Bound<PyAny>) -> Option<ArrayRef> {
     if !speaks_arrow(column).ok()? {
         return None;

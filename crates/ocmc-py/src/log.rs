@@ -26,7 +26,7 @@ const MOST_STARTS: u64 = 4096;
 ///     One row a sample, columns by quantity and unit: ``time_s``, ``speed_mps`` or ``speed_kmh``,
 ///     ``yaw_rate_radps`` or
 ///     ``yaw_rate_degps`` (positive to the left), and labels ``driver``, ``drive``. Any table that
-///     speaks Arrow, a dictionary of columns, or a CSV file, plain or compressed by gzip.
+///     exports Arrow, a dictionary of columns, or a CSV file, plain or compressed by gzip.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_mph": "gps_speed", "yaw_rate_degps": "-gyro"}``.
 /// detector : {"hidden_markov", "trained", "threshold"}
@@ -73,7 +73,7 @@ const MOST_STARTS: u64 = 4096;
 ///
 /// Notes
 /// -----
-/// A table of one drive that speaks Arrow is not copied where its columns are 64-bit floats in SI
+/// A table of one drive that exports Arrow is not copied where its columns are 64-bit floats in SI
 /// units, in one piece and without nulls. Other columns are copied once.
 ///
 /// Examples
@@ -157,7 +157,7 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     ``accelerator`` and ``brake`` (0 to 1) or ``accelerator_percent`` and ``brake_percent``,
 ///     ``grade`` or
 ///     ``grade_percent``; where known ``position_m`` and ``gear``, and labels ``driver``,
-///     ``drive``, ``event``. Any table that speaks Arrow, a dictionary of columns, or a CSV file,
+///     ``drive``, ``event``. Any table that exports Arrow, a dictionary of columns, or a CSV file,
 ///     plain or compressed by gzip.
 /// study : Study
 ///     The study with the truck that was driven, such as ``Study("simulator-slopes")``.

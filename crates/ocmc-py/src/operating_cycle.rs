@@ -179,7 +179,7 @@ impl PyOperatingCycle {
         Table::__array__(&Bound::new(py, self.to_table())?, dtype, copy)
     }
 
-    /// The rows of `to_table`, for all that speak Arrow.
+    /// The rows of `to_table`, for all that take Arrow.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,

@@ -203,7 +203,7 @@ impl PyStudy {
     ///     ``speed_limit_kmh``, ``altitude_m`` and others; of several files, each cycle drives one.
     ///     With `follow_speed` one drive cycle over time, a CSV file or a table with ``time_s`` or
     ///     a column of dates, ``speed_mps`` or ``speed_kmh``, and ``slope`` or ``grade``; or, with
-    ///     ``"exact"``, a route. Tables are whatever speaks Arrow (pandas, polars, pyarrow,
+    ///     ``"exact"``, a route. Tables are whatever exports Arrow (pandas, polars, pyarrow,
     ///     duckdb), or a dictionary of columns.
     /// cycles : int
     ///     Number of cycles, at least 1.

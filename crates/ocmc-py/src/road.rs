@@ -47,7 +47,7 @@ fn trips_of(
 ///     One row a sample: ``time_s``, ``speed_mps`` or ``speed_kmh``, and where known
 ///     ``yaw_rate_radps`` (or ``latitude_deg`` and ``longitude_deg``), ``limit_mps``, ``grade`` or
 ///     ``altitude_m``, ``road_type``, ``map_object``, ``position_m`` and others. Any table that
-///     speaks Arrow, a dictionary of columns, a CSV file, or VECTO's time series (``.vmod``).
+///     exports Arrow, a dictionary of columns, a CSV file, or VECTO's time series (``.vmod``).
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_mph": "gps_speed"}``.
 /// limit_mps : float, optional

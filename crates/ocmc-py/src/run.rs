@@ -28,9 +28,9 @@ use std::path::PathBuf;
 /// ``run["column"]`` is one quantity of all cycles as a new numpy array: numbers as floats, NaN
 /// where a cycle does not have the quantity. Ids and counts are unsigned integers, or floats with
 /// NaN where a cycle lacks the count; ``run["outcome"]`` as words. ``run.records`` is the whole
-/// table, for all that speak Arrow. SI units, with the unit as the name's suffix; consumption in
+/// table, for all that take Arrow. SI units, with the unit as the name's suffix; consumption in
 /// kWh/km, L/100 km, L/100 tkm and g/km.
-/// A run itself speaks Arrow, too: ``run.to_pandas()``, ``polars.DataFrame(run)``.
+/// A run itself exports Arrow, too: ``run.to_pandas()``, ``polars.DataFrame(run)``.
 ///
 /// A run comes from `Study.run` or `load`, and can be pickled.
 ///
@@ -550,12 +550,12 @@ impl PyRun {
         Table::__array__(&Bound::new(py, self.records.clone())?, dtype, copy)
     }
 
-    /// The schema of the records, for all that speak Arrow.
+    /// The schema of the records, for all that take Arrow.
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyArrowResult<Bound<'py, PyCapsule>> {
         self.records.__arrow_c_schema__(py)
     }
 
-    /// The records, for all that speak Arrow: shared, not copied.
+    /// The records, for all that take Arrow: shared, not copied.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,

@@ -1,4 +1,4 @@
-//! `ocmc.Table`: columns of equal length, for all that speak Arrow or numpy.
+//! `ocmc.Table`: columns of equal length, for all that take Arrow or numpy.
 
 use crate::pickle::{checksum, read, stream_of};
 use crate::value::shown;
@@ -300,7 +300,7 @@ impl Table {
         slf.py().import("ocmc._display")?.call_method1("table", (slf,))
     }
 
-    /// The schema, for all that speak Arrow.
+    /// The schema, for all that take Arrow.
     pub(crate) fn __arrow_c_schema__<'py>(
         &self,
         py: Python<'py>,
@@ -308,7 +308,7 @@ impl Table {
         to_schema_pycapsule(py, self.schema.as_ref())
     }
 
-    /// The rows, for all that speak Arrow: shared, not copied.
+    /// The rows, for all that take Arrow: shared, not copied.
     #[pyo3(signature = (requested_schema=None))]
     pub(crate) fn __arrow_c_stream__<'py>(
         &self,
