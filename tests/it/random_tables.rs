@@ -75,7 +75,7 @@ fn numbers(value: &Value, at: &str, places: &mut Vec<String>) {
     }
 }
 
-/// What the schema allows at a place, where it names two ends.
+/// Range that the schema allows at a place, where it names two ends.
 fn allowed(schema: &Value, place: &str) -> Option<[f64; 2]> {
     let mut node = schema;
     for step in place.split('/').skip(1) {
