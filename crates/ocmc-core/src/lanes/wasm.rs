@@ -19,9 +19,13 @@ pub(super) fn smaller<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
 
 /// An operation on vectors of two numbers.
 #[inline(always)]
-fn of_quarters<S: Simd>(a: Lanes<S>, b: Lanes<S>, of: impl Fn(v128, v128) -> v128) -> Lanes<S> {
+fn of_quarters<S: Simd>(
+    a: Lanes<S>,
+    b: Lanes<S>,
+    operation: impl Fn(v128, v128) -> v128,
+) -> Lanes<S> {
     let quarter =
-        |a: f64x2<S>, b: f64x2<S>| -> f64x2<S> { of(a.into(), b.into()).simd_into(a.simd) };
+        |a: f64x2<S>, b: f64x2<S>| -> f64x2<S> { operation(a.into(), b.into()).simd_into(a.simd) };
     let half = |a: f64x4<S>, b: f64x4<S>| {
         let ((a, c), (b, d)) = (a.split(), b.split());
         quarter(a, b).combine(quarter(c, d))
