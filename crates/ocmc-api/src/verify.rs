@@ -66,16 +66,16 @@ fn all_of(runs: &[PathBuf]) -> Result<Verified, Error> {
     let mut states = Vec::new();
     let mut files = Vec::new();
     for run in runs {
-        let found = match run_directory::verify(run) {
+        let verified = match run_directory::verify(run) {
             Err(error @ RunDirectoryError::NotARun { .. }) => {
                 let (name, fault) = (MANIFEST.to_owned(), Some(error.to_string()));
                 Verified { status: None, files: vec![CheckedFile { name, fault }] }
             }
-            found => found?,
+            result => result?,
         };
-        states.push(found.status);
+        states.push(verified.status);
         let group = run.file_name().unwrap_or_default().to_string_lossy();
-        files.extend(found.files.into_iter().map(|file| {
+        files.extend(verified.files.into_iter().map(|file| {
             let name = format!("{group}/{}", file.name);
             CheckedFile { name, ..file }
         }));
