@@ -157,11 +157,11 @@ fn saving(members: &[Member], share: f64) -> (Vec<String>, f64, [f64; 2]) {
 impl Answer for MeasuredTrainingAnswer {
     fn text(&self) -> String {
         let unit = if self.column == LITRES { "L" } else { "kWh" };
-        let (unit, factor) = label(&self.column);
+        let (per_way, factor) = label(&self.column);
         let mut text = fact("study", &self.study);
         let chosen = format!("{} of {} drivers, measured", self.chosen.len(), self.drivers);
         text.push_str(&fact("chosen", chosen));
-        text.push_str(&fact("mean", format!("{} {unit}", rounded(factor * self.mean))));
+        text.push_str(&fact("mean", format!("{} {per_way}", rounded(factor * self.mean))));
         let km = rounded(self.distance_m_per_a / 1000.0);
         text.push_str(&fact("a year", format!("{km} km a truck")));
         let [low, high] = self.saving_ci95.map(percent);
