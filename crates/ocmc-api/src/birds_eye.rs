@@ -83,11 +83,11 @@ impl Answer for BirdsEyeAnswer {
     fn text(&self) -> String {
         let view = &self.birds_eye;
         let km = rounded(view.length_m / 1000.0);
-        let of = self.cycles.map_or_else(
+        let extent = self.cycles.map_or_else(
             || format!("by its laws, {km} km a cycle"),
             |cycles| format!("{} operating cycles, {km} km", grouped(cycles)),
         );
-        format!("{}: {of}\n{}", self.study, birds_eye_text(view))
+        format!("{}: {extent}\n{}", self.study, birds_eye_text(view))
     }
 }
 

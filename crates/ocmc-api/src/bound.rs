@@ -99,7 +99,7 @@ pub struct CycleBound {
 }
 
 /// One cycle while the answer is put together.
-struct Row {
+struct CyclePotential {
     bound: CycleBound,
     parts_j: Vec<f64>,
     lengths_m: Vec<f64>,
@@ -125,28 +125,35 @@ pub fn bound(request: &BoundRequest, watch: &mut Watch) -> Result<BoundAnswer, E
     let BoundRequest { study, plan } = request;
     let clock = Instant::now();
     let alone = plan.cycles == 1;
-    let of = |found: Found| found.map(|(bound, potential)| row(&bound, potential, alone));
+    let potential_of =
+        |found: Found| found.map(|(bound, potential)| cycle_potential(&bound, potential, alone));
     let fineness = Fineness::default();
-    let found =
-        watched(plan.cycles, watch, |look| bounds(&study.study, plan, fineness, &of, look))?;
-    let (found, without): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
-    let mut rows: Vec<Row> = found.into_iter().flatten().collect();
-    let failed = without.len() as u64;
-    if let (true, Some(Err(error))) = (rows.is_empty(), without.into_iter().next()) {
+    let answers = watched(plan.cycles, watch, |look| {
+        bounds(&study.study, plan, fineness, &potential_of, look)
+    })?;
+    let (bounded, failures): (Vec<_>, Vec<_>) = answers.into_iter().partition(Result::is_ok);
+    let mut cycles: Vec<CyclePotential> = bounded.into_iter().flatten().collect();
+    let failed = failures.len() as u64;
+    if let (true, Some(Err(error))) = (cycles.is_empty(), failures.into_iter().next()) {
         return Err(error.into());
     }
-    let optimum = rows.first_mut().and_then(|row| row.optimum.take());
+    let optimum = cycles.first_mut().and_then(|cycle| cycle.optimum.take());
     let names = part_names();
-    let road_m: f64 = rows.iter().flat_map(|row| &row.lengths_m).sum();
+    let road_m: f64 = cycles.iter().flat_map(|cycle| &cycle.lengths_m).sum();
     let part = |(k, name): (usize, String)| {
-        let lengths = rows.iter().filter_map(|row| row.lengths_m.get(k.checked_sub(2)?));
+        let lengths = cycles.iter().filter_map(|cycle| cycle.lengths_m.get(k.checked_sub(2)?));
         let is_kind = k >= 2 && k < 2 + Kind::ALL.len();
         let road_share = is_kind.then(|| lengths.sum::<f64>() / road_m);
-        share(name, rows.iter().map(|row| (row.parts_j[k], row.bound.driver_energy_j)), road_share)
+        share(
+            name,
+            cycles.iter().map(|cycle| (cycle.parts_j[k], cycle.bound.driver_energy_j)),
+            road_share,
+        )
     };
     let potential = names.into_iter().enumerate().map(part).collect();
     let of_type = |(k, name): (usize, &String)| {
-        let pairs = rows.iter().map(|row| (row.by_road_type_j[k], row.bound.driver_energy_j));
+        let pairs =
+            cycles.iter().map(|cycle| (cycle.by_road_type_j[k], cycle.bound.driver_energy_j));
         share(name.clone(), pairs, None)
     };
     let by_road_type = study.study.road_types().iter().enumerate().map(of_type).collect();
@@ -157,10 +164,10 @@ pub fn bound(request: &BoundRequest, watch: &mut Watch) -> Result<BoundAnswer, E
         first_cycle: plan.first_cycle,
         cycles: plan.cycles,
         failed,
-        not_better: rows.iter().filter(|row| !row.bound.better).count() as u64,
+        not_better: cycles.iter().filter(|cycle| !cycle.bound.better).count() as u64,
         potential,
         by_road_type,
-        bounds: rows.into_iter().map(|row| row.bound).collect(),
+        bounds: cycles.into_iter().map(|cycle| cycle.bound).collect(),
         optimum,
         wall_s: clock.elapsed().as_secs_f64(),
         threads: plan.threads,
@@ -188,7 +195,7 @@ fn share(
     }
 }
 
-fn row(bound: &Bound, potential: Option<Potential>, alone: bool) -> Row {
+fn cycle_potential(bound: &Bound, potential: Option<Potential>, alone: bool) -> CyclePotential {
     let Bound { driver, optimum, record, .. } = bound;
     let all_j = driver.energy_j - optimum.energy_j;
     let (mut parts_j, mut lengths_m) = (vec![all_j], Vec::new());
@@ -213,7 +220,7 @@ fn row(bound: &Bound, potential: Option<Potential>, alone: bool) -> Row {
         better: bound.found,
     };
     let optimum = alone.then(|| series(&bound.cycle));
-    Row { bound: cycle, parts_j, lengths_m, by_road_type_j, optimum }
+    CyclePotential { bound: cycle, parts_j, lengths_m, by_road_type_j, optimum }
 }
 
 /// A drive cycle as columns. The gear is 0 where the clutch is open, and nothing where the

@@ -186,9 +186,9 @@ fn between(
     ids: &[u64],
 ) -> Option<CostDifference> {
     let [a, b] = studies.map(|loaded| Dependence::of(&loaded.model, plan.seed));
-    let found = CostDifference::of(fleets[0], fleets[1], plan.seed, a.of_pairs(b))?;
+    let difference = CostDifference::of(fleets[0], fleets[1], plan.seed, a.of_pairs(b))?;
     let studies = studies.map(|loaded| &loaded.study);
-    Some(found.with_adjusted(fleets, studies, plan.seed, ids))
+    Some(difference.with_adjusted(fleets, studies, plan.seed, ids))
 }
 
 /// Costing of a trip of a study, where it has prices.
@@ -380,9 +380,10 @@ fn below(text: &str) -> String {
 /// How states of the world differ.
 fn spread_text(spread: &CostSpread) -> String {
     let head = format!("\nOver {} states of the prices:\n\n", grouped(spread.states));
-    let line = |name: &str, of: Option<Percentiles>| {
-        let of = of?;
-        let [mean, p5, p50, p95] = [of.mean, of.p5, of.p50, of.p95].map(rounded);
+    let line = |name: &str, percentiles: Option<Percentiles>| {
+        let percentiles = percentiles?;
+        let [mean, p5, p50, p95] =
+            [percentiles.mean, percentiles.p5, percentiles.p50, percentiles.p95].map(rounded);
         Some([name.to_owned(), mean, p5, p50, p95])
     };
     let rows = [
@@ -398,11 +399,12 @@ fn spread_text(spread: &CostSpread) -> String {
 }
 
 /// Table of the inputs that decide.
-fn inputs_text(inputs: &[InputShare], of: &str) -> String {
+fn inputs_text(inputs: &[InputShare], quantity: &str) -> String {
     if inputs.is_empty() {
         return String::new();
     }
-    let head = format!("\nShares of the variance of the {of} in %, over states of the prices:\n\n");
+    let head =
+        format!("\nShares of the variance of the {quantity} in %, over states of the prices:\n\n");
     let row = |input: &InputShare| {
         let first = share_text(input.first, input.first_ci95);
         [input.key.clone(), first, share_text(input.total, input.total_ci95)]
@@ -422,9 +424,10 @@ fn difference_text(difference: &CostDifference) -> String {
     text.push_str(&fact("", format!("A cheaper in {share} % of the trips, at the central prices")));
     text.push_str("\nBreak-even, where both cost the same over a km:\n\n");
     let distance = difference.break_even_distance_km_per_a.as_ref();
-    let distance = distance.map(|found| even_row("distance, km per year", found));
+    let distance = distance.map(|break_even| even_row("distance, km per year", break_even));
     let prices = difference.break_even_prices.iter();
-    let prices = prices.map(|found| even_row(found.key.trim_start_matches("cost."), &found.price));
+    let prices = prices
+        .map(|break_even| even_row(break_even.key.trim_start_matches("cost."), &break_even.price));
     let head = ["", "value", "95 % interval", "P5 to P95", "states"];
     text.push_str(&table(&[24, 9, 20, 20, 7], &head, distance.into_iter().chain(prices)));
     text.push_str(&inputs_text(&difference.inputs, "difference"));
@@ -468,14 +471,14 @@ fn side_text(unit: &str, side: &Side) -> String {
     fact(unit, line) + &adjusted + &fact("", cheaper)
 }
 
-fn even_row(name: &str, found: &BreakEven) -> [String; 5] {
+fn even_row(name: &str, break_even: &BreakEven) -> [String; 5] {
     let range = |low: f64, high: f64| format!("{} to {}", rounded(low), rounded(high));
     let none = || "-".to_owned();
     [
         name.to_owned(),
-        found.value.map_or_else(|| "none".to_owned(), rounded),
-        found.ci95.map_or_else(none, |[low, high]| range(low, high)),
-        found.states.map_or_else(none, |of| range(of.p5, of.p95)),
-        found.share_of_states.map_or_else(none, |share| format!("{:.0} %", 100.0 * share)),
+        break_even.value.map_or_else(|| "none".to_owned(), rounded),
+        break_even.ci95.map_or_else(none, |[low, high]| range(low, high)),
+        break_even.states.map_or_else(none, |states| range(states.p5, states.p95)),
+        break_even.share_of_states.map_or_else(none, |share| format!("{:.0} %", 100.0 * share)),
     ]
 }

@@ -77,19 +77,19 @@ pub fn curves(
 ) -> Result<CurvesAnswer, Error> {
     let CurvesRequest { logs, mappings, options, steering } = request;
     let needs = needs(options.radius);
-    let mut found = FoundCurves::default();
+    let mut detected = FoundCurves::default();
     for (done, log) in logs.iter().enumerate() {
         let progress = Progress::of_logs(done, logs.len());
         let file = log.log(mappings, &needs, warn)?;
-        progress.ended(found.add(&file, options, *steering, || watch(progress)))?;
+        progress.ended(detected.add(&file, options, *steering, || watch(progress)))?;
     }
-    if let Some((place, fault)) = found.failed() {
+    if let Some((place, fault)) = detected.failed() {
         return Err(Error::Drive { place: place.clone(), fault: fault.clone() });
     }
-    for (place, fault) in &found.left_out {
+    for (place, fault) in &detected.left_out {
         warn(&format!("{place} is left out: {fault}"));
     }
-    let FoundCurves { drives, left_out, inputs } = found;
+    let FoundCurves { drives, left_out, inputs } = detected;
     Ok(CurvesAnswer { options: *options, left_out: left_out.len(), drives, inputs })
 }
 
@@ -102,20 +102,24 @@ impl CurvesAnswer {
         text.push('\n');
         if drives.len() <= MOST_LINES {
             for drive in drives {
-                let found = &drive.detection;
-                let curves = count_of(found.curves.len() as u64, "curve");
-                let _ =
-                    write!(text, "{}: {} km, {curves}", drive.drive, rounded(found.way_m / 1e3));
+                let detection = &drive.detection;
+                let curves = count_of(detection.curves.len() as u64, "curve");
+                let _ = write!(
+                    text,
+                    "{}: {} km, {curves}",
+                    drive.drive,
+                    rounded(detection.way_m / 1e3)
+                );
                 if drive.turning != "yaw_rate" {
                     let _ = write!(text, ", turning by its {}", drive.turning.replace('_', " "));
                 }
-                if let Some(bias) = found.gyro_bias_radps.filter(|bias| *bias != 0.0) {
+                if let Some(bias) = detection.gyro_bias_radps.filter(|bias| *bias != 0.0) {
                     let _ = write!(text, ", yaw rate less {bias:.5} rad/s");
                 }
-                if let Some(lag) = found.speed_lag_s {
+                if let Some(lag) = detection.speed_lag_s {
                     let _ = write!(text, ", speed {lag:.2} s late");
                 }
-                let LogCounts { rows, used, gaps, gap_s, .. } = &found.counts;
+                let LogCounts { rows, used, gaps, gap_s, .. } = &detection.counts;
                 if used < rows {
                     let _ = write!(text, ", {} not used", count_of((rows - used) as u64, "row"));
                 }
@@ -134,31 +138,34 @@ impl CurvesAnswer {
         let _ = write!(
             text,
             "{} on {} km of {} ({} km of it too slow to tell)\n{} of {} rows used",
-            count_of(sum(|found| found.curves.len()), "curve"),
+            count_of(sum(|detection| detection.curves.len()), "curve"),
             rounded(way_km),
             count_of(drives.len() as u64, "drive"),
             rounded(slow_km),
-            grouped(sum(|found| found.counts.used)),
-            grouped(sum(|found| found.counts.rows))
+            grouped(sum(|detection| detection.counts.used)),
+            grouped(sum(|detection| detection.counts.rows))
         );
         for (what, count) in [
-            ("rows without time", sum(|found| found.counts.missing_time)),
-            ("rows without speed", sum(|found| found.counts.missing_speed)),
-            ("rows without yaw rate", sum(|found| found.counts.missing_yaw_rate)),
-            ("rows with the time of the row before", sum(|found| found.counts.repeated_time)),
+            ("rows without time", sum(|detection| detection.counts.missing_time)),
+            ("rows without speed", sum(|detection| detection.counts.missing_speed)),
+            ("rows without yaw rate", sum(|detection| detection.counts.missing_yaw_rate)),
+            (
+                "rows with the time of the row before",
+                sum(|detection| detection.counts.repeated_time),
+            ),
             (
                 "rows in reverse (is the sign of the speed right?)",
-                sum(|found| found.counts.reversing),
+                sum(|detection| detection.counts.reversing),
             ),
-            ("gaps in time", sum(|found| found.counts.gaps)),
-            ("curves too short", sum(|found| found.too_short)),
-            ("curves that turn too little", sum(|found| found.too_straight)),
-            ("curves in which the vehicle crept or stood", sum(|found| found.too_slow)),
-            ("curves whose radius cannot be measured", sum(|found| found.without_radius)),
+            ("gaps in time", sum(|detection| detection.counts.gaps)),
+            ("curves too short", sum(|detection| detection.too_short)),
+            ("curves that turn too little", sum(|detection| detection.too_straight)),
+            ("curves in which the vehicle crept or stood", sum(|detection| detection.too_slow)),
+            ("curves whose radius cannot be measured", sum(|detection| detection.without_radius)),
             ("drives left out", *left_out as u64),
             (
                 "drives without standstill, so the bias of the gyro is not known",
-                sum(|found| usize::from(found.gyro_bias_radps.is_none())),
+                sum(|detection| usize::from(detection.gyro_bias_radps.is_none())),
             ),
         ] {
             if count > 0 {
@@ -166,8 +173,11 @@ impl CurvesAnswer {
             }
         }
         for (what, count) in [
-            ("faster than 70 m/s", sum(|found| found.counts.implausible_speed)),
-            ("turning by more than 2 rad/s", sum(|found| found.counts.implausible_yaw_rate)),
+            ("faster than 70 m/s", sum(|detection| detection.counts.implausible_speed)),
+            (
+                "turning by more than 2 rad/s",
+                sum(|detection| detection.counts.implausible_yaw_rate),
+            ),
         ] {
             if count > 0 {
                 let rows = grouped(count);

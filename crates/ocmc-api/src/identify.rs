@@ -84,25 +84,25 @@ pub fn identify(
 ) -> Result<IdentifyAnswer, Error> {
     let IdentifyRequest { logs, study, mappings, options, warn_of_rows } = request;
     options.check()?;
-    let mut found = Identification::default();
+    let mut identification = Identification::default();
     for (done, log) in logs.iter().enumerate() {
         Progress::of_logs(done, logs.len()).look(watch)?;
-        found.add(&log.log(mappings, &NEEDS, warn)?, &study.study);
+        identification.add(&log.log(mappings, &NEEDS, warn)?, &study.study);
     }
     if *warn_of_rows {
-        found.notes.iter().for_each(|note| warn(note));
+        identification.notes.iter().for_each(|note| warn(note));
     }
-    let start = Progress { what: "events", done: 0, total: found.waiting() as u64 };
-    aside(start, watch, |stop, done| found.identify(&study.study, options, stop, done))?;
-    if let Some(LeftOut { place, reason, .. }) = found.failed() {
+    let start = Progress { what: "events", done: 0, total: identification.waiting() as u64 };
+    aside(start, watch, |stop, done| identification.identify(&study.study, options, stop, done))?;
+    if let Some(LeftOut { place, reason, .. }) = identification.failed() {
         return Err(Error::NoDrive(place, reason));
     }
     let study = match &study.origin {
         Origin::Dictionary => study.model.study.name.clone(),
         other => other.to_string(),
     };
-    let (population, warnings) = (found.population(), found.left_out_warnings());
-    let Identification { fits, trucks, left_out, notes, inputs, .. } = found;
+    let (population, warnings) = (identification.population(), identification.left_out_warnings());
+    let Identification { fits, trucks, left_out, notes, inputs, .. } = identification;
     Ok(IdentifyAnswer {
         study,
         options: *options,

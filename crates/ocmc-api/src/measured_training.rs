@@ -136,13 +136,15 @@ fn saving(members: &[Member], share: f64) -> (Vec<String>, f64, [f64; 2]) {
     let count = (libm::round(share * n as f64) as usize).clamp(1, n);
     let fifth = (n / 5).max(1);
     let first = (n - fifth) / 2;
-    let mean = |of: &[Member]| of.iter().map(|m| libm::log(m.ratio)).sum::<f64>() / of.len() as f64;
-    let variance = |of: &[Member]| {
+    let mean = |members: &[Member]| {
+        members.iter().map(|m| libm::log(m.ratio)).sum::<f64>() / members.len() as f64
+    };
+    let variance = |members: &[Member]| {
         let square = |m: &Member| {
             let error = libm::log(m.ci95[1] / m.ci95[0]) / (2.0 * NORMAL_975);
             error * error
         };
-        of.iter().map(square).sum::<f64>() / (of.len() * of.len()) as f64
+        members.iter().map(square).sum::<f64>() / (members.len() * members.len()) as f64
     };
     let (worst, middle) = (&all[..count], &all[first..first + fifth]);
     let ln = mean(worst) - mean(middle);
@@ -155,11 +157,11 @@ fn saving(members: &[Member], share: f64) -> (Vec<String>, f64, [f64; 2]) {
 impl Answer for MeasuredTrainingAnswer {
     fn text(&self) -> String {
         let unit = if self.column == LITRES { "L" } else { "kWh" };
-        let (of, factor) = label(&self.column);
+        let (per_way, factor) = label(&self.column);
         let mut text = fact("study", &self.study);
         let chosen = format!("{} of {} drivers, measured", self.chosen.len(), self.drivers);
         text.push_str(&fact("chosen", chosen));
-        text.push_str(&fact("mean", format!("{} {of}", rounded(factor * self.mean))));
+        text.push_str(&fact("mean", format!("{} {per_way}", rounded(factor * self.mean))));
         let km = rounded(self.distance_m_per_a / 1000.0);
         text.push_str(&fact("a year", format!("{km} km a truck")));
         let [low, high] = self.saving_ci95.map(percent);
@@ -190,11 +192,11 @@ mod tests {
         };
         let members: Vec<Member> =
             [0.9, 1.1, 1.0, 0.95, 1.05].iter().enumerate().map(member).collect();
-        let (chosen, found, [low, high]) = saving(&members, 0.2);
+        let (chosen, saved, [low, high]) = saving(&members, 0.2);
         assert_eq!(chosen, ["driver 01"]);
-        assert!((found - (1.0 - 1.0 / 1.1)).abs() < 1e-12);
+        assert!((saved - (1.0 - 1.0 / 1.1)).abs() < 1e-12);
         // two errors of 2 % each
-        let half = (1.0 - found).ln() - (1.0 - high).ln();
-        assert!((half - 2.0_f64.sqrt() * 1.02_f64.ln()).abs() < 1e-12 && low < found);
+        let half = (1.0 - saved).ln() - (1.0 - high).ln();
+        assert!((half - 2.0_f64.sqrt() * 1.02_f64.ln()).abs() < 1e-12 && low < saved);
     }
 }

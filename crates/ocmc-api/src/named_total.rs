@@ -21,12 +21,12 @@ pub struct NamedTotal {
 
 /// Totals of a run in the units of people; none where each trip has a truck of its own.
 pub(crate) fn named_totals(summary: &Summary) -> Vec<NamedTotal> {
-    let of = |FleetTotal { name, unit, factor, total: Total { total, prediction95 } }| {
+    let named = |FleetTotal { name, unit, factor, total: Total { total, prediction95 } }| {
         let scaled = prediction95.map(|ends| ends.map(|end| factor * end));
         let total = Total { total: factor * total, prediction95: scaled };
         NamedTotal { name: name.to_owned(), unit: unit.to_owned(), total }
     };
-    summary.trucks.iter().flat_map(fleet_totals).map(of).collect()
+    summary.trucks.iter().flat_map(fleet_totals).map(named).collect()
 }
 
 /// A total with its unit, ± where that of another fleet of as many trucks would lie.
@@ -38,6 +38,6 @@ pub(crate) fn amount(NamedTotal { unit, total, .. }: &NamedTotal) -> String {
 
 /// Lines of totals, ± where another fleet of as many trucks would lie.
 pub(crate) fn totals_text(totals: &[NamedTotal]) -> String {
-    let line = |of: &NamedTotal| format!("  {:<11} {}\n", of.name, amount(of));
+    let line = |named: &NamedTotal| format!("  {:<11} {}\n", named.name, amount(named));
     totals.iter().map(line).collect()
 }

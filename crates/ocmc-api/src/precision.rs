@@ -17,16 +17,16 @@ pub fn precision(text: &str) -> Result<Precision, String> {
             "allowed is a share up to 50%, as in 0.2%, or one of {names} before it, as in p95:1%"
         )
     };
-    let (of, share) = text.split_once(':').unwrap_or(("mean", text));
+    let (statistic, share) = text.split_once(':').unwrap_or(("mean", text));
     let number = share.strip_suffix('%').unwrap_or(share).trim();
     let wanted = number.parse::<f64>().map_err(|_| allowed())? * 0.01;
-    if !(Precision::names().any(|name| name == of) && wanted > 0.0 && wanted <= COARSEST) {
+    if !(Precision::names().any(|name| name == statistic) && wanted > 0.0 && wanted <= COARSEST) {
         return Err(allowed());
     }
     if !share.ends_with('%') {
         return Err(format!("the unit is missing: type {text}%"));
     }
-    Ok(Precision { of: of.to_owned(), wanted })
+    Ok(Precision { of: statistic.to_owned(), wanted })
 }
 
 #[cfg(test)]

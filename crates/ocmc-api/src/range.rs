@@ -169,9 +169,9 @@ fn km(distance_m: Option<f64>) -> String {
     distance_m.map_or("-".to_owned(), |m| format!("{:.0}", m / 1000.0))
 }
 
-fn cells(name: &str, of: &RangeOf) -> Vec<String> {
-    let ranges = of.arriving.iter().map(|arriving| km(arriving.range_m));
-    [name.to_owned(), grouped(of.trips)].into_iter().chain(ranges).collect()
+fn cells(name: &str, summary: &RangeOf) -> Vec<String> {
+    let ranges = summary.arriving.iter().map(|arriving| km(arriving.range_m));
+    [name.to_owned(), grouped(summary.trips)].into_iter().chain(ranges).collect()
 }
 
 fn interval(arriving: &ArrivingRange) -> String {

@@ -137,15 +137,15 @@ pub fn road(
     warn: &mut dyn FnMut(&str),
     watch: &mut Watch,
 ) -> Result<RoadAnswer, Error> {
-    let found = drives(request, warn, watch)?;
+    let measured = drives(request, warn, watch)?;
     let made = |drive: &MeasuredDrive| {
         let name = drive.name.clone();
         drive.road.as_ref().map(|cycle| MadeRoad::new(name, cycle))
     };
-    let roads: Vec<MadeRoad> = found.drives.iter().filter_map(made).collect();
+    let roads: Vec<MadeRoad> = measured.drives.iter().filter_map(made).collect();
     let doubts = roads.iter().flat_map(|road| &road.account.warnings);
     doubts.for_each(|doubt| warn(doubt));
-    Ok(RoadAnswer { roads, left_out: found.left_out.len(), inputs: found.inputs })
+    Ok(RoadAnswer { roads, left_out: measured.left_out.len(), inputs: measured.inputs })
 }
 
 /// The drives of logs with their roads; one at least.
@@ -155,39 +155,39 @@ pub(crate) fn drives(
     watch: &mut Watch,
 ) -> Result<MeasuredDrives, Error> {
     let RoadRequest { logs, mappings, options, steering, stops } = request;
-    let mut found = MeasuredDrives::default();
+    let mut measured = MeasuredDrives::default();
     for (done, log) in logs.iter().enumerate() {
         Progress::of_logs(done, logs.len()).look(watch)?;
         let file = log.log(mappings, &NEEDS, warn)?;
-        found.add_with_roads(&file, options, *steering, *stops);
+        measured.add_with_roads(&file, options, *steering, *stops);
     }
-    told(&found, logs, warn)?;
-    let estimated = found.drives.iter().filter(|drive| {
+    told(&measured, logs, warn)?;
+    let estimated = measured.drives.iter().filter(|drive| {
         let limits = drive.road.as_ref().and_then(|road| road.limit_source.as_deref());
         limits == Some("estimated")
     });
     let names: Vec<&str> = estimated.map(|drive| drive.name.as_str()).collect();
     if let Some(first) = names.first() {
-        let of = match names.len() {
+        let named = match names.len() {
             1 => (*first).to_owned(),
             n => format!("{first} and {} more", n - 1),
         };
         warn(&format!(
-            "{of}: no column of speed limits: those of the road are what the speed of the drive \
+            "{named}: no column of speed limits: those of the road are what the speed of the drive \
              shows (the largest within 500 m, rounded up to 10 km/h), and no validation of it"
         ));
     }
-    Ok(found)
+    Ok(measured)
 }
 
 /// Says what was odd and left out; an error where nothing is left.
 pub(crate) fn told(
-    found: &MeasuredDrives,
+    measured: &MeasuredDrives,
     logs: &[Source],
     warn: &mut dyn FnMut(&str),
 ) -> Result<(), Error> {
-    if found.drives.is_empty() {
-        return Err(match found.left_out.first() {
+    if measured.drives.is_empty() {
+        return Err(match measured.left_out.first() {
             Some((place, fault)) => Error::Drive { place: place.clone(), fault: fault.clone() },
             None => Error::NoDrive(
                 logs.first().map_or(String::new(), |log| log.path().display().to_string()),
@@ -195,8 +195,8 @@ pub(crate) fn told(
             ),
         });
     }
-    found.notes.iter().for_each(|note| warn(note));
-    for (place, fault) in &found.left_out {
+    measured.notes.iter().for_each(|note| warn(note));
+    for (place, fault) in &measured.left_out {
         warn(&format!("{place} is left out: {fault}"));
     }
     Ok(())

@@ -147,7 +147,7 @@ pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Erro
     let mut sizes = Vec::with_capacity(arrive.len());
     for share in arrive {
         match sizing.size_for(*share, &mut drive) {
-            ControlFlow::Continue(found) => sizes.push(found),
+            ControlFlow::Continue(size) => sizes.push(size),
             ControlFlow::Break(error) => return Err(error),
         }
     }

@@ -60,9 +60,9 @@ impl Source {
         steering: Option<Steering>,
     ) -> Result<FoundRoads, Error> {
         if matches!(self, Self::File(path) if vmod::is_one(path)) {
-            let mut found = FoundRoads::default();
-            found.add(self.quiet_log(mappings, &NEEDS)?, options, steering);
-            return Ok(found);
+            let mut found_roads = FoundRoads::default();
+            found_roads.add(self.quiet_log(mappings, &NEEDS)?, options, steering);
+            return Ok(found_roads);
         }
         Ok(FoundRoads::of_log(self.lent(), mappings, options, steering)?)
     }

@@ -24,13 +24,13 @@ pub(crate) fn threads_text(threads: usize) -> String {
 /// Effect on a mean of one standard error of each uncertain number, the largest first.
 pub(crate) fn effects(uncertainty: &ParameterUncertainty, factor: f64) -> Vec<String> {
     let mut parameters: Vec<_> = uncertainty.parameters.iter().collect();
-    let size = |of: &ParameterEffect| of.effect.map_or(f64::INFINITY, f64::abs);
+    let size = |parameter: &ParameterEffect| parameter.effect.map_or(f64::INFINITY, f64::abs);
     parameters.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let sd = (factor * uncertainty.sd).abs();
     let digits = decimals_for(sd);
-    let line = |of: &&ParameterEffect| {
-        let number = format!("{} ± {}", of.key, rough(of.standard_error));
-        match of.effect {
+    let line = |parameter: &&ParameterEffect| {
+        let number = format!("{} ± {}", parameter.key, rough(parameter.standard_error));
+        match parameter.effect {
             Some(effect) => format!("{:+.digits$}  {number}", factor * effect),
             None => format!("not known, no cycle is completed on both sides  {number}"),
         }

@@ -264,9 +264,12 @@ mod tests {
     #[test]
     fn spread_of_noise_is_taken_off_and_the_mean_stays() {
         // by hand: mean 20, variance 100, noise of 10 % adds 0.01 × 500 = 5: √0.95 of the spread
-        let found = shrunk(&[10.0, 30.0], 0.1);
+        let shrunk_values = shrunk(&[10.0, 30.0], 0.1);
         let half = 10.0 * libm::sqrt(0.95);
-        assert!((found[0] - (20.0 - half)).abs() < 1e-12 && (found[1] - 20.0 - half).abs() < 1e-12);
+        assert!(
+            (shrunk_values[0] - (20.0 - half)).abs() < 1e-12
+                && (shrunk_values[1] - 20.0 - half).abs() < 1e-12
+        );
         assert_eq!(shrunk(&[5.0, 5.0], 0.1), [5.0, 5.0]);
         let many: Vec<f64> = (0..1000).map(f64::from).collect();
         let few = thinned(many, 0.5);

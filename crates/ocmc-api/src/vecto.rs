@@ -72,17 +72,17 @@ fn comparison(compared: &VectoComparison) -> String {
 }
 
 /// Where the difference in fuel comes from.
-fn attribution(of: &Attribution) -> String {
+fn attribution(shares: &Attribution) -> String {
     let parts = [
-        ("air", of.air),
-        ("rolling", of.rolling),
-        ("gearbox, axle, retarder", of.transmission),
-        ("auxiliaries", of.auxiliaries),
-        ("brakes", of.brakes),
-        ("engine map", of.engine_map),
-        ("rest", of.rest),
-        ("on its speed with its gears", of.with_its_gears),
-        ("our gears instead", of.gear_choice),
+        ("air", shares.air),
+        ("rolling", shares.rolling),
+        ("gearbox, axle, retarder", shares.transmission),
+        ("auxiliaries", shares.auxiliaries),
+        ("brakes", shares.brakes),
+        ("engine map", shares.engine_map),
+        ("rest", shares.rest),
+        ("on its speed with its gears", shares.with_its_gears),
+        ("our gears instead", shares.gear_choice),
     ];
     let mut text = "\nfuel by cause, % of VECTO's\n".to_owned();
     for (name, share) in parts {

@@ -67,18 +67,18 @@ pub fn verify(directory: &Path) -> Result<VerifyAnswer, Error> {
 fn all_of(runs: &[PathBuf]) -> Result<Verified, Error> {
     let (mut states, mut unfinished, mut files) = (Vec::new(), Vec::new(), Vec::new());
     for run in runs {
-        let found = match run_directory::verify(run) {
+        let verified = match run_directory::verify(run) {
             Err(error @ RunDirectoryError::NotARun { .. }) => {
                 let (name, fault) = (MANIFEST.to_owned(), Some(error.to_string()));
                 let files = vec![CheckedFile { name, fault }];
                 Verified { status: None, unfinished: Vec::new(), files }
             }
-            found => found?,
+            result => result?,
         };
-        states.push(found.status);
-        unfinished.extend(found.unfinished);
+        states.push(verified.status);
+        unfinished.extend(verified.unfinished);
         let group = run.file_name().unwrap_or_default().to_string_lossy();
-        files.extend(found.files.into_iter().map(|file| {
+        files.extend(verified.files.into_iter().map(|file| {
             let name = format!("{group}/{}", file.name);
             CheckedFile { name, ..file }
         }));

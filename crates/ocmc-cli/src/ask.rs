@@ -64,14 +64,14 @@ pub(crate) fn ask_question(arguments: &AskArguments) -> Result<(), Failure> {
 fn read(file: &Path) -> Result<Ask, String> {
     let name = file.display();
     let mut text = String::new();
-    let of = |error: std::io::Error| format!("`{name}`: {error}");
+    let fault = |error: std::io::Error| format!("`{name}`: {error}");
     let read = if file.as_os_str() == "-" {
         std::io::stdin().take(LARGEST).read_to_string(&mut text)
     } else {
-        let file = std::fs::File::open(file).map_err(of)?;
+        let file = std::fs::File::open(file).map_err(fault)?;
         file.take(LARGEST).read_to_string(&mut text)
     };
-    read.map_err(of)?;
+    read.map_err(fault)?;
     serde_json::from_str(&text).map_err(|error| format!("`{name}`: no question: {error}"))
 }
 

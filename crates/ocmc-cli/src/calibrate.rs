@@ -140,12 +140,13 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
         ..CalibrationOptions::default()
     };
     let request = CalibrateCurveSpeedRequest { table: measured, study, options };
-    let found = watched(answer.quiet, |watch| ocmc_api::calibrate_curve_speed(&request, watch))?;
-    answer.show(&found)?;
+    let calibrated =
+        watched(answer.quiet, |watch| ocmc_api::calibrate_curve_speed(&request, watch))?;
+    answer.show(&calibrated)?;
     let Some(path) = study_out else { return Ok(()) };
     let by = ("calibrate curve-speed", &*format!("`{}`", table.display()));
     let base = arguments.study.study.to_string_lossy();
-    write_fitted(path, &base, "calibrated", by, &found.study, answer.quiet)
+    write_fitted(path, &base, "calibrated", by, &calibrated.study, answer.quiet)
 }
 
 fn totals(arguments: &TotalsArguments) -> Result<(), Failure> {
@@ -159,12 +160,12 @@ fn totals(arguments: &TotalsArguments) -> Result<(), Failure> {
         threads: work.threads,
     };
     let answer = work.answer;
-    let found = watched(answer.quiet, |watch| ocmc_api::calibrate_totals(&request, watch))?;
-    answer.show(&found)?;
+    let calibrated = watched(answer.quiet, |watch| ocmc_api::calibrate_totals(&request, watch))?;
+    answer.show(&calibrated)?;
     let Some(path) = out else { return Ok(()) };
     let base = arguments.study.study.to_string_lossy();
-    let by = ("calibrate totals", found.standing.as_str());
-    write_fitted(path, &base, "calibrated", by, &found.study, answer.quiet)
+    let by = ("calibrate totals", calibrated.standing.as_str());
+    write_fitted(path, &base, "calibrated", by, &calibrated.study, answer.quiet)
 }
 
 /// Whether a table is a study: by the ending of its file, or by the name of a built-in one.

@@ -69,13 +69,13 @@ pub(crate) fn learn(arguments: &LearnArguments) -> Result<(), Failure> {
         seed: arguments.seed,
         threads: work.threads,
     };
-    let found = watched(work.answer.quiet, |watch| ocmc_api::learn(&request, watch))?;
-    work.answer.show(&found)?;
+    let learnt = watched(work.answer.quiet, |watch| ocmc_api::learn(&request, watch))?;
+    work.answer.show(&learnt)?;
     if let Some(page) = page {
-        found.save_page(page)?;
+        learnt.save_page(page)?;
         if !work.answer.quiet {
             output::note(&format!("Written: `{}`.", page.display()));
         }
     }
-    out.as_ref().map_or(Ok(()), |out| written_study(out, &found.study_toml, work.answer.quiet))
+    out.as_ref().map_or(Ok(()), |out| written_study(out, &learnt.study_toml, work.answer.quiet))
 }

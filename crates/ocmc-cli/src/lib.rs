@@ -141,8 +141,8 @@ const GROUPS: [(&str, &[&str]); 4] = [
 fn command() -> clap::Command {
     let command = Arguments::command();
     let about = |name: &str| {
-        let found = command.find_subcommand(name).and_then(clap::Command::get_about);
-        found.map(ToString::to_string).unwrap_or_default()
+        let about = command.find_subcommand(name).and_then(clap::Command::get_about);
+        about.map(ToString::to_string).unwrap_or_default()
     };
     let mut groups = String::new();
     for (group, names) in GROUPS {

@@ -41,8 +41,8 @@ pub(crate) fn check_options(groups: &[FleetGroup], given: &[(&str, bool)]) -> Re
 }
 
 /// Drives the groups of a fleet, and prints what they add up to.
-pub(crate) fn run_fleet(groups: &[FleetGroup], of: &FleetRun) -> Result<(), Failure> {
-    let FleetRun { seed, threads, level, format, resume, quiet, json, .. } = *of;
+pub(crate) fn run_fleet(groups: &[FleetGroup], run: &FleetRun) -> Result<(), Failure> {
+    let FleetRun { seed, threads, level, format, resume, quiet, json, .. } = *run;
     // what holds for all groups is said once
     let warnings: BTreeSet<String> =
         groups.iter().flat_map(|group| group.study.warnings()).collect();
@@ -50,11 +50,11 @@ pub(crate) fn run_fleet(groups: &[FleetGroup], of: &FleetRun) -> Result<(), Fail
         warn(warning);
     }
     let records = format.and_then(RunFormat::records).unwrap_or_default();
-    let out = of.out.map(|path| (path.to_owned(), records));
+    let out = run.out.map(|path| (path.to_owned(), records));
     let request = MixedFleetRequest { groups, seed, threads, level, out, resume };
     let answer = watched(quiet, |watch| ocmc_api::mixed_fleet(&request, watch))?;
     output::print(&answer, json)?;
-    let Some(path) = of.out else {
+    let Some(path) = run.out else {
         if !quiet && !json {
             output::note(&format!(
                 "More: --out DIR keeps each group's run; --set fleet.group={} answers one in full.",

@@ -38,15 +38,15 @@ pub(crate) fn answer_bytes(bytes: &[u8]) -> Result<(), Failure> {
 
 /// Writes an answer, as JSON where that was asked for, and before it what was read and its
 /// warnings.
-pub(crate) fn print(found: &impl Answer, json: bool) -> Result<(), Failure> {
-    found.notes().iter().for_each(|told| note(told));
-    print_quietly(found, json)
+pub(crate) fn print(result: &impl Answer, json: bool) -> Result<(), Failure> {
+    result.notes().iter().for_each(|told| note(told));
+    print_quietly(result, json)
 }
 
 /// As [`print`], without what was read.
-pub(crate) fn print_quietly(found: &impl Answer, json: bool) -> Result<(), Failure> {
-    found.warnings().iter().for_each(|warning| warn(warning));
-    answer(&if json { found.to_indented_json() } else { found.text() })
+pub(crate) fn print_quietly(result: &impl Answer, json: bool) -> Result<(), Failure> {
+    result.warnings().iter().for_each(|warning| warn(warning));
+    answer(&if json { result.to_indented_json() } else { result.text() })
 }
 
 /// As [`print`], of a run, as wide as the terminal is.
@@ -104,8 +104,8 @@ impl<'a> Target<'a> {
 pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
     let content = content.as_ref();
     let written = match fs::metadata(path) {
-        Ok(found) if !found.is_file() => fs::write(path, content),
-        found => replace(path, content, found.ok().map(|found| found.permissions())),
+        Ok(entry) if !entry.is_file() => fs::write(path, content),
+        entry => replace(path, content, entry.ok().map(|entry| entry.permissions())),
     };
     written.map_err(|source| Failure::File { path: path.to_owned(), source })
 }

@@ -182,8 +182,8 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
             check_options(&groups, &given)?;
             let (out, resume) = (arguments.out.as_deref(), arguments.resume);
             let (seed, format) = (seed.unwrap_or(1), arguments.format);
-            let of = FleetRun { seed, threads, level, out, format, resume, quiet, json };
-            return run_fleet(&groups, &of);
+            let fleet_run = FleetRun { seed, threads, level, out, format, resume, quiet, json };
+            return run_fleet(&groups, &fleet_run);
         }
     };
     // what was set is in the study that was read

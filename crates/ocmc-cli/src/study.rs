@@ -160,8 +160,9 @@ struct Described {
 
 impl BuiltIns {
     fn of(all: &[BuiltIn]) -> Self {
-        let of = |one: &BuiltIn| Described { name: one.name, description: one.description() };
-        Self(all.iter().map(of).collect())
+        let described =
+            |one: &BuiltIn| Described { name: one.name, description: one.description() };
+        Self(all.iter().map(described).collect())
     }
 }
 

@@ -15,12 +15,12 @@ const END: &str = "<!-- generated: end -->";
 const LIST: &str = "commands";
 
 /// Commands that do something, by what is typed, in the order of the help.
-fn commands(command: &Command, typed: &str, found: &mut Vec<(String, Command)>) {
+fn commands(command: &Command, typed: &str, all: &mut Vec<(String, Command)>) {
     if !command.is_subcommand_required_set() {
-        found.push((typed.to_owned(), command.clone()));
+        all.push((typed.to_owned(), command.clone()));
     }
     for below in command.get_subcommands().filter(|below| below.get_name() != "help") {
-        commands(below, &format!("{typed} {}", below.get_name()), found);
+        commands(below, &format!("{typed} {}", below.get_name()), all);
     }
 }
 

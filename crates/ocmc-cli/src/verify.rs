@@ -19,7 +19,7 @@ pub(crate) struct VerifyArguments {
 /// Checks the files and prints what is wrong with which.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let VerifyArguments { directory, answer } = arguments;
-    let found = busy(answer.quiet, "checking the files", || ocmc_api::verify(directory))?;
-    answer.show(&found)?;
-    if found.whole { Ok(()) } else { Err(Failure::NotWhole { path: directory.clone() }) }
+    let verified = busy(answer.quiet, "checking the files", || ocmc_api::verify(directory))?;
+    answer.show(&verified)?;
+    if verified.whole { Ok(()) } else { Err(Failure::NotWhole { path: directory.clone() }) }
 }

@@ -92,15 +92,15 @@ impl BreakdownColumns {
         let amounts: Vec<Amount> = COMMON.into_iter().chain(taken).collect();
         let mut names = Vec::with_capacity(parts.len() * amounts.len());
         for Part { axis, name } in &parts {
-            let of = |amount: &Amount| format!("{}_{}{name}", amount.column(), axis.prefix());
-            names.extend(amounts.iter().map(of));
+            let column = |amount: &Amount| format!("{}_{}{name}", amount.column(), axis.prefix());
+            names.extend(amounts.iter().map(column));
         }
         Self { parts, amounts, names }
     }
 
     /// Breakdown columns among the columns of a table; none where a part lacks one of its columns.
     pub fn among<'a>(names: &(impl Iterator<Item = &'a str> + Clone)) -> Option<Arc<Self>> {
-        let found = |amount: Amount| {
+        let names_of = |amount: Amount| {
             names.clone().filter_map(move |name| {
                 name.strip_prefix(amount.column()).and_then(|rest| rest.strip_prefix('_'))
             })
@@ -109,9 +109,9 @@ impl BreakdownColumns {
             Some(kind) => Part { axis: Axis::EventKind, name: kind.to_owned() },
             None => Part { axis: Axis::RoadType, name: name.to_owned() },
         };
-        let parts: Vec<Part> = found(Amount::Distance).map(part).collect();
+        let parts: Vec<Part> = names_of(Amount::Distance).map(part).collect();
         let carriers = CARRIERS.iter().map(|declared| declared.carrier);
-        let taken = carriers.filter(|carrier| found(Amount::Taken(*carrier)).next().is_some());
+        let taken = carriers.filter(|carrier| names_of(Amount::Taken(*carrier)).next().is_some());
         let columns = Self::new(parts, &taken.collect::<Vec<_>>());
         let is_there = |column: &String| names.clone().any(|name| name == column);
         let whole = !columns.parts.is_empty() && columns.names.iter().all(is_there);

@@ -76,8 +76,8 @@ mod tests {
     #[test]
     fn followers_are_the_exponential_to_the_fourth_order() {
         for (x, bound) in [(2.0, 1e-2), (1.0, 2e-3), (0.5, 2e-4), (0.25, 2e-5)] {
-            for (found, exact) in after_step(x, 2.0).into_iter().zip(exact(x)) {
-                assert!((found - exact).abs() < bound, "{x}: {found} {exact}");
+            for (stepped, exact) in after_step(x, 2.0).into_iter().zip(exact(x)) {
+                assert!((stepped - exact).abs() < bound, "{x}: {stepped} {exact}");
             }
         }
         let error = |x: f64| (after_step(x, 2.0)[0] - exact(x)[0]).abs();

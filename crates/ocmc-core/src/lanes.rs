@@ -280,10 +280,10 @@ mod tests {
             (0..10_000).map(|_| std::array::from_fn(|_| next())).collect();
         all.push(near_one);
         for x in all {
-            let found: [f64; WIDTH] =
+            let logarithms: [f64; WIDTH] =
                 dispatch!(Level::new(), simd => ln(Lanes::load_array(simd, x)).into());
-            for (x, found) in x.into_iter().zip(found) {
-                assert_eq!(found.to_bits(), libm::log(x).to_bits(), "{x}");
+            for (x, logarithm) in x.into_iter().zip(logarithms) {
+                assert_eq!(logarithm.to_bits(), libm::log(x).to_bits(), "{x}");
             }
         }
     }

@@ -436,11 +436,11 @@ impl Adjustment {
         if spread.is_nan() || spread <= 0.0 {
             return None;
         }
-        let of = |outline: &Vec<f64>| {
+        let predict = |outline: &Vec<f64>| {
             let terms = self.terms.of(outline);
             beta[0] + terms.iter().zip(beta.iter().skip(1)).map(|(z, b)| z * b).sum::<f64>()
         };
-        let predicted_of_sample = self.sample.drawn.par_iter().map(of).collect();
+        let predicted_of_sample = self.sample.drawn.par_iter().map(predict).collect();
         let mut sorted: Vec<f64> = known.iter().map(|k| values[*k]).collect();
         sorted.sort_unstable_by(f64::total_cmp);
         Some(OwnValues { values, sorted, predicted, predicted_of_sample, spread })

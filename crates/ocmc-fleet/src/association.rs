@@ -125,8 +125,8 @@ pub fn association_beside(triples: &[(f64, f64, f64)]) -> Option<Association> {
     for group in groups(&by_z) {
         let [z_mean, y_mean] =
             [mean_of(group.iter().map(|pair| pair.0)), mean_of(group.iter().map(|pair| pair.1))];
-        let sum = |of: fn(f64, f64) -> f64| {
-            group.iter().map(|(z, y)| of(z - z_mean, y - y_mean)).sum::<f64>()
+        let sum = |term: fn(f64, f64) -> f64| {
+            group.iter().map(|(z, y)| term(z - z_mean, y - y_mean)).sum::<f64>()
         };
         let (zz, zy) = (sum(|z, _| z * z), sum(|z, y| z * y));
         let slope = if zz > 0.0 { zy / zz } else { 0.0 };
@@ -138,10 +138,10 @@ pub fn association_beside(triples: &[(f64, f64, f64)]) -> Option<Association> {
     let whole = squares(&mut by_z.iter().map(|pair| pair.1));
     let rest = squares(&mut left.iter().copied());
     let pairs: Vec<(f64, f64)> = all.iter().zip(left).map(|((_, x, _), y)| (*x, y)).collect();
-    let mut found = association(&pairs)?;
-    found.share *= rest / whole;
-    found.by_chance *= rest / whole;
-    Some(found)
+    let mut associated = association(&pairs)?;
+    associated.share *= rest / whole;
+    associated.by_chance *= rest / whole;
+    Some(associated)
 }
 
 #[cfg(test)]
@@ -153,10 +153,10 @@ mod tests {
     fn a_step_is_all_of_the_variance_and_noise_is_none() {
         let step: Vec<(f64, f64)> =
             (0..100).map(|k| (f64::from(k), if k < 50 { 1.0 } else { 3.0 })).collect();
-        let found = association(&step).expect("it varies");
-        assert_eq!(found.share, 1.0);
-        assert_eq!(found.bands.len(), BANDS);
-        assert_eq!((found.bands[0].x, found.bands[9].y), ([0.0, 9.0], [3.0; 3]));
+        let associated = association(&step).expect("it varies");
+        assert_eq!(associated.share, 1.0);
+        assert_eq!(associated.bands.len(), BANDS);
+        assert_eq!((associated.bands[0].x, associated.bands[9].y), ([0.0, 9.0], [3.0; 3]));
         let mut draws = Draws::new(1, 0, Stream::Curve);
         let noise: Vec<(f64, f64)> = (0..5000).map(|_| (draws.normal(), draws.normal())).collect();
         // the share of ten bands of noise has a standard error of about √(2·9)/5000
@@ -175,8 +175,8 @@ mod tests {
         for _ in 0..4000 {
             let noise: Vec<(f64, f64)> =
                 (0..200).map(|_| (draws.normal(), draws.normal())).collect();
-            let found = association(&noise).expect("it varies");
-            more += usize::from(found.share > found.by_chance);
+            let associated = association(&noise).expect("it varies");
+            more += usize::from(associated.share > associated.by_chance);
         }
         // two are to be expected, of an F law with few rows some more
         assert!(more <= 12, "{more}");
@@ -199,11 +199,11 @@ mod tests {
     #[test]
     fn what_goes_along_with_a_third_is_not_shown_as_its_own() {
         let mut draws = Draws::new(3, 0, Stream::Curve);
-        let mut triples = |of: fn(f64, f64, f64) -> (f64, f64)| -> Vec<(f64, f64, f64)> {
+        let mut triples = |pair_of: fn(f64, f64, f64) -> (f64, f64)| -> Vec<(f64, f64, f64)> {
             let mut triple = || {
                 // a fifth without any z, as trips without payload
                 let z = (draws.normal() + 0.84).max(0.0);
-                let (x, y) = of(z, draws.normal(), draws.normal());
+                let (x, y) = pair_of(z, draws.normal(), draws.normal());
                 (z, x, y + 2.0 * z * z.sqrt())
             };
             (0..20_000).map(|_| triple()).collect()
@@ -229,12 +229,12 @@ mod tests {
     fn equal_values_stay_together() {
         let pairs: Vec<(f64, f64)> =
             (0..200).map(|k| (f64::from(k.max(90)), f64::from(k))).collect();
-        let found = association(&pairs).expect("it varies");
-        assert_eq!(found.bands[0].x, [90.0, 90.0]);
-        assert_eq!(found.bands.iter().map(|band| band.n).sum::<u64>(), 200);
+        let associated = association(&pairs).expect("it varies");
+        assert_eq!(associated.bands[0].x, [90.0, 90.0]);
+        assert_eq!(associated.bands.iter().map(|band| band.n).sum::<u64>(), 200);
         // 91 equal values; half a tenth up to the next place where a tenth ends; then tenths: no
         // band of a few cycles
-        let sizes: Vec<u64> = found.bands.iter().map(|band| band.n).collect();
+        let sizes: Vec<u64> = associated.bands.iter().map(|band| band.n).collect();
         assert_eq!(sizes, [91, 10, 19, 20, 20, 20, 20]);
         assert_eq!(association(&vec![(1.0, 2.0); 100]), None);
         assert_eq!(association(&pairs[..49]), None);

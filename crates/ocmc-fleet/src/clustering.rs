@@ -287,7 +287,7 @@ mod tests {
         for seed in 0..RUNS {
             let dependence = dependence(pool.map(|drivers| Pool { seed, drivers }), shares_days);
             let records = fleet(seed, dependence);
-            let found = summary(&records, dependence);
+            let summed = summary(&records, dependence);
             let alone = Dependence { pool: None, shares_days: false, ..dependence };
             let litres = quantity(LITRES).expect("known");
             let totals = records.iter().map(|record| {
@@ -295,8 +295,8 @@ mod tests {
                 (record.cycle_id, y, x)
             });
             let alone = Clusters::from(alone).ratio(totals).expect("trips");
-            let own = found.consumption().expect("fuel");
-            let trucks = found.trucks.as_ref().expect("trucks");
+            let own = summed.consumption().expect("fuel");
+            let trucks = summed.trucks.as_ref().expect("trucks");
             let annual = &trucks.truck_years[0];
             let Total { total, prediction95 } = trucks.totals.co2_kg.expect("fuel");
             let now = [
@@ -355,11 +355,11 @@ mod tests {
         };
         let rows = [(0, 3.0, 1.0), (1, 5.0, 1.0), (2, 1.0, 1.0), (3, 3.0, 1.0)];
         let clusters = Clusters::of(two, rows.iter().map(|(id, ..)| *id));
-        let found = clusters.ratio(rows.iter().copied()).expect("four trips");
+        let estimate = clusters.ratio(rows.iter().copied()).expect("four trips");
         // R = 3, u = 0, 1/2, -1/2, 0: trucks 2 (1/4 + 1/4), days the same, trips 4/3 (1/4 + 1/4):
         // V = 1 + 1 - 2/3 = 4/3; ν = (16/9)/(1 + 1) = 0.89, at least 1
-        assert_eq!(found.ratio, 3.0);
-        let [low, high] = found.ci95.expect("two of each");
+        assert_eq!(estimate.ratio, 3.0);
+        let [low, high] = estimate.ci95.expect("two of each");
         let half_width = 12.706_204_736 * libm::sqrt(4.0 / 3.0);
         assert!((high - 3.0 - half_width).abs() < 1e-6 && (low + high - 6.0).abs() < 1e-12);
         // on one day alone nothing tells how days differ

@@ -18,7 +18,7 @@
 use super::adjustment::{Adjusted, Adjuster, Adjustment};
 use super::clustering::Clusters;
 use super::dependence::Dependence;
-use super::pair::{Cycle, Pair, cycles, row, side};
+use super::pair::{Cycle, Pair, contribution, cycles, side};
 use super::quantity::{NamedQuantity, shared_consumption};
 use super::ratio::student_975;
 use super::run::{RunPlan, records};
@@ -95,7 +95,7 @@ impl AdjustedDifference {
     /// adds nothing, in either study.
     fn of(adjusters: [&mut Adjuster; 2], cycles: [&[Cycle]; 2]) -> Option<Self> {
         let pairs = cycles[0].iter().zip(cycles[1]).map(|(a, b)| {
-            let (a, b) = (a.row?, b.row?);
+            let (a, b) = (a.contribution?, b.contribution?);
             Some([(a.y, a.x), (b.y, b.x)])
         });
         let pairs: Vec<[(f64, f64); 2]> = pairs.map(Option::unwrap_or_default).collect();
@@ -144,7 +144,7 @@ fn same(a: f64, b: f64) -> bool {
 /// Completed cycles that have nothing of the quantity.
 fn without(cycles: &[Cycle]) -> u64 {
     let completed = cycles.iter().filter(|cycle| cycle.outcome == Outcome::Completed);
-    completed.filter(|cycle| cycle.row.is_none()).count() as u64
+    completed.filter(|cycle| cycle.contribution.is_none()).count() as u64
 }
 
 /// Cycles that were not completed.
@@ -212,11 +212,11 @@ impl Spread {
         pairs: f64,
         rounding: f64,
     ) -> Option<Self> {
-        let of = |error: &dyn Fn(f64, f64) -> f64| {
+        let spread_of = |error: &dyn Fn(f64, f64) -> f64| {
             clusters.spread(errors.clone().map(|(id, a, b)| (id, error(a, b) / pairs)))
         };
-        let paired = of(&|a, b| b - a)?;
-        let independent = of(&|a, _| a)?.variance + of(&|_, b| b)?.variance;
+        let paired = spread_of(&|a, b| b - a)?;
+        let independent = spread_of(&|a, _| a)?.variance + spread_of(&|_, b| b)?.variance;
         let differs = paired.variance * pairs > rounding * rounding;
         let variance_reduction = differs.then(|| independent / paired.variance);
         let standard_error = libm::sqrt(paired.variance);
@@ -244,7 +244,7 @@ impl Comparison {
 
     /// As [`Comparison::of`], of what is compared.
     fn of_cycles(column: &str, dependence: Dependence, a: &[Cycle], b: &[Cycle]) -> Self {
-        let pair = |(a, b): (&Cycle, &Cycle)| Some((a.row?, b.row?));
+        let pair = |(a, b): (&Cycle, &Cycle)| Some((a.contribution?, b.contribution?));
         let pairs: Vec<Pair> = a.iter().zip(b).filter_map(pair).collect();
         let values: Vec<(f64, f64)> =
             pairs.iter().filter_map(|(a, b)| Some((a.value?, b.value?))).collect();
@@ -307,7 +307,7 @@ pub struct PairOfValues {
 
 /// The values of the cycles that both studies completed, and of which both have one.
 pub fn paired_values(quantity: &NamedQuantity, a: &[Record], b: &[Record]) -> Vec<PairOfValues> {
-    let value = |record: &Record| row(quantity, record)?.value;
+    let value = |record: &Record| contribution(quantity, record)?.value;
     let pair = |(a, b): (&Record, &Record)| {
         Some(PairOfValues { cycle_id: a.cycle_id, a: value(a)?, b: value(b)? })
     };
@@ -367,20 +367,20 @@ pub fn compare_driven<B>(
     let mut first = studies.first().and_then(|study| adjuster(study, plan.seed, ids()));
     let mut compared = Vec::new();
     for k in 1..studies.len() {
-        let (of, pairs) = ([studies[0], studies[k]], [&*cycles[0], &*cycles[k]]);
-        let mut found =
-            Comparison::of_studies(quantity.column, of, plan.seed, pairs, first.as_mut());
+        let (both, pairs) = ([studies[0], studies[k]], [&*cycles[0], &*cycles[k]]);
+        let mut comparison =
+            Comparison::of_studies(quantity.column, both, plan.seed, pairs, first.as_mut());
         let of_both = match (&effects[0], &effects[k]) {
             (Some(a), Some(b)) => b.clone().less(a),
             (Some(a), None) => Effects::nothing(quantity).less(a),
             (None, b) => b.clone(),
         };
-        let [a, b] = of.map(|study| Dependence::of(study.model(), plan.seed));
+        let [a, b] = both.map(|study| Dependence::of(study.model(), plan.seed));
         let replicates = a.of_pairs(b).replicates;
-        let known = found.difference.zip(found.ci95).zip(of_both);
-        found.parameter_uncertainty =
+        let known = comparison.difference.zip(comparison.ci95).zip(of_both);
+        comparison.parameter_uncertainty =
             known.map(|((mean, ci95), effects)| effects.around(mean, ci95, replicates));
-        compared.push(found);
+        compared.push(comparison);
     }
     ControlFlow::Continue(Compared { comparisons: compared, fleets: driven })
 }

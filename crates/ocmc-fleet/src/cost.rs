@@ -284,15 +284,15 @@ struct Fleet<'a> {
 impl Fleet<'_> {
     /// An item, or all of them.
     fn item(&self, central: &Levelised, item: Option<Item>) -> ItemCost {
-        let of = |known: Item| item.is_none_or(|item| item == known);
+        let is_item = |known: Item| item.is_none_or(|item| item == known);
         let priced = || {
             let charges = self.costing.charges.iter().zip(&central.prices).enumerate();
-            charges.filter(|(_, (charge, _))| of(charge.item))
+            charges.filter(|(_, (charge, _))| is_item(charge.item))
         };
         let charged = |trip: &Trip, money: fn(&Money) -> f64| -> f64 {
             priced().map(|(k, (_, price))| money(price) * trip.amounts[k]).sum()
         };
-        let truck = central.truck.iter().filter(|(known, _)| of(*known));
+        let truck = central.truck.iter().filter(|(known, _)| is_item(*known));
         let truck = truck.fold(Money::default(), |sum, (_, money)| Money {
             paid: sum.paid + money.paid,
             discounted: sum.discounted + money.discounted,

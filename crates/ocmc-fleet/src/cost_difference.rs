@@ -328,7 +328,7 @@ impl Pairs<'_> {
         resampled: &[[Trip; 2]],
     ) -> Vec<BreakEvenPrice> {
         let central = self.central();
-        let mut found = Vec::new();
+        let mut prices = Vec::new();
         for key in BREAK_EVEN_KEYS {
             let inputs = self.costing.map(|costing| costing.input(key));
             if inputs == [None, None] {
@@ -339,19 +339,19 @@ impl Pairs<'_> {
                     self.at(&[state[0].with(inputs[0], price), state[1].with(inputs[1], price)])
                 })
             };
-            let of = |[zero, one]: &[Both; 2], [a, b]: &[Trip; 2]| {
+            let price_of = |[zero, one]: &[Both; 2], [a, b]: &[Trip; 2]| {
                 let less = |both: &Both| both[1].per_km(b) - both[0].per_km(a);
                 break_even_price(less(zero), less(one))
             };
             let at_centre = ends(&central);
             let over_trips: Vec<Option<f64>> =
-                resampled.iter().map(|trips| of(&at_centre, trips)).collect();
+                resampled.iter().map(|trips| price_of(&at_centre, trips)).collect();
             let over_states: Vec<Option<f64>> =
-                states.iter().map(|state| of(&ends(state), &self.all)).collect();
-            let price = BreakEven::of(of(&at_centre, &self.all), &over_trips, &over_states);
-            found.push(BreakEvenPrice { key: key.to_owned(), price });
+                states.iter().map(|state| price_of(&ends(state), &self.all)).collect();
+            let price = BreakEven::of(price_of(&at_centre, &self.all), &over_trips, &over_states);
+            prices.push(BreakEvenPrice { key: key.to_owned(), price });
         }
-        found
+        prices
     }
 }
 

@@ -133,8 +133,8 @@ mod tests {
     #[test]
     fn a_batch_is_cut_by_the_ids_and_not_by_the_first_cycle() {
         let cycles = || (6..13).filter(|id| *id != 9).map(|id| (id, id as f64, 1.0));
-        let of = |batch| Dependence { batch, ..Dependence::default() };
-        let totals = |batch| of(batch).batch_totals(cycles());
+        let in_batches = |batch| Dependence { batch, ..Dependence::default() };
+        let totals = |batch| in_batches(batch).batch_totals(cycles());
         assert_eq!(totals(4), [(13.0, 2.0), (29.0, 3.0), (12.0, 1.0)]);
         assert_eq!(totals(1).len(), 6);
         assert_eq!(totals(100), [(54.0, 6.0)]);
@@ -142,10 +142,17 @@ mod tests {
 
     #[test]
     fn pairs_depend_as_the_cycles_of_either_study_do() {
-        let of = |batch, replicates| Dependence { batch, replicates, ..Dependence::default() };
-        assert_eq!(of(16, None).of_pairs(of(1, Some(64))), of(16, Some(64)));
-        assert_eq!(of(1, Some(64)).of_pairs(of(1, Some(64))), of(1, Some(64)));
-        assert_eq!(of(1, Some(64)).of_pairs(of(1, Some(32))), of(1, None));
+        let dependence =
+            |batch, replicates| Dependence { batch, replicates, ..Dependence::default() };
+        assert_eq!(
+            dependence(16, None).of_pairs(dependence(1, Some(64))),
+            dependence(16, Some(64))
+        );
+        assert_eq!(
+            dependence(1, Some(64)).of_pairs(dependence(1, Some(64))),
+            dependence(1, Some(64))
+        );
+        assert_eq!(dependence(1, Some(64)).of_pairs(dependence(1, Some(32))), dependence(1, None));
     }
 
     /// A fleet of cycles that spread evenly: litres are 30, what the driver does (all of it

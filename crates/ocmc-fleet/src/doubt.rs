@@ -25,7 +25,7 @@
 //! influences \[PK\].
 
 use super::dependence::Dependence;
-use super::pair::{Row, row};
+use super::pair::{Contribution, contribution};
 use super::quantile::quantile;
 use super::quantity::NamedQuantity;
 use super::statistic::standard_deviation;
@@ -86,8 +86,9 @@ pub struct Shape {
 impl Shape {
     /// The shape of the cycles that count; none of fewer than two.
     pub fn of(quantity: &NamedQuantity, records: &[Record]) -> Option<Self> {
-        let rows: Vec<Row> = records.iter().filter_map(|record| row(quantity, record)).collect();
-        let ([mean, sd, p95], _) = shape(&rows)?;
+        let contributions: Vec<Contribution> =
+            records.iter().filter_map(|record| contribution(quantity, record)).collect();
+        let ([mean, sd, p95], _) = shape(&contributions)?;
         Some(Self { mean, sd, p95 })
     }
 
@@ -110,27 +111,32 @@ impl Changes {
     /// Changes of a fleet, or of the difference of several; none where fewer than two cycles count
     /// on all sides.
     pub fn of(quantity: &NamedQuantity, dependence: Dependence, fleets: &[Moved]) -> Option<Self> {
-        let sides: Vec<(f64, Vec<Option<Row>>)> = fleets
+        let sides: Vec<(f64, Vec<Option<Contribution>>)> = fleets
             .iter()
             .flat_map(|fleet| [(fleet.sign, fleet.after), (-fleet.sign, fleet.before)])
-            .map(|(sign, records)| (sign, records.iter().map(|of| row(quantity, of)).collect()))
+            .map(|(sign, records)| {
+                (sign, records.iter().map(|record| contribution(quantity, record)).collect())
+            })
             .collect();
-        let all = sides.iter().map(|(_, rows)| rows.len()).min()?;
-        let counts = |k: &usize| sides.iter().all(|(_, rows)| rows[*k].is_some());
+        let all = sides.iter().map(|(_, contributions)| contributions.len()).min()?;
+        let counts = |k: &usize| sides.iter().all(|(_, contributions)| contributions[*k].is_some());
         let kept: Vec<usize> = (0..all).filter(counts).collect();
-        let batch = |k: &usize| sides[0].1[*k].map(|row| dependence.group_of(row.cycle_id));
+        let batch = |k: &usize| {
+            sides[0].1[*k].map(|contribution| dependence.group_of(contribution.cycle_id))
+        };
         let batches: Vec<u64> = kept.iter().filter_map(batch).collect();
         let mut by = [0.0; 3];
         let mut influences = vec![[0.0; 3]; kept.len()];
-        for (sign, rows) in &sides {
-            let rows: Vec<Row> = kept.iter().filter_map(|&k| rows[k]).collect();
-            let (shape, of_rows) = shape(&rows)?;
+        for (sign, contributions) in &sides {
+            let contributions: Vec<Contribution> =
+                kept.iter().filter_map(|&k| contributions[k]).collect();
+            let (shape, of_cycles) = shape(&contributions)?;
             for m in 0..3 {
                 by[m] += sign * shape[m];
             }
-            for (sum, of_row) in influences.iter_mut().zip(of_rows) {
+            for (sum, of_cycle) in influences.iter_mut().zip(of_cycles) {
                 for m in 0..3 {
-                    sum[m] += sign * of_row[m];
+                    sum[m] += sign * of_cycle[m];
                 }
             }
         }
@@ -164,11 +170,12 @@ pub fn effect(squares: impl IntoIterator<Item = f64>) -> f64 {
     libm::sqrt(squares.into_iter().sum::<f64>().max(0.0))
 }
 
-/// Mean, standard deviation and 95th percentile, and the influence of each row on them.
-fn shape(rows: &[Row]) -> Option<([f64; 3], Vec<[f64; 3]>)> {
-    let y: f64 = rows.iter().map(|row| row.y).sum();
-    let x: f64 = rows.iter().map(|row| row.x).sum();
-    let mut values: Vec<f64> = rows.iter().filter_map(|row| row.value).collect();
+/// Mean, standard deviation and 95th percentile, and the influence of each cycle on them.
+fn shape(contributions: &[Contribution]) -> Option<([f64; 3], Vec<[f64; 3]>)> {
+    let y: f64 = contributions.iter().map(|contribution| contribution.y).sum();
+    let x: f64 = contributions.iter().map(|contribution| contribution.x).sum();
+    let mut values: Vec<f64> =
+        contributions.iter().filter_map(|contribution| contribution.value).collect();
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let sd = standard_deviation(&values)?;
@@ -178,14 +185,14 @@ fn shape(rows: &[Row]) -> Option<([f64; 3], Vec<[f64; 3]>)> {
     // 0 where all of them are the same, which nothing moves
     let over_density = (at(P95 + AROUND)? - at(P95 - AROUND)?) / (2.0 * AROUND);
     let over_sd = if sd > 0.0 { 1.0 / sd } else { 0.0 };
-    let influence = |row: &Row| {
-        let of_mean = (row.y - y / x * row.x) / x;
-        let Some(value) = row.value else { return [of_mean, 0.0, 0.0] };
+    let influence = |contribution: &Contribution| {
+        let of_mean = (contribution.y - y / x * contribution.x) / x;
+        let Some(value) = contribution.value else { return [of_mean, 0.0, 0.0] };
         let of_sd = ((value - mean) * (value - mean) - sd * sd) * over_sd / 2.0;
         let below = f64::from(u8::from(value <= p95));
         [of_mean, of_sd / n, (P95 - below) * over_density / n]
     };
-    (x > 0.0).then(|| ([y / x, sd, p95], rows.iter().map(influence).collect()))
+    (x > 0.0).then(|| ([y / x, sd, p95], contributions.iter().map(influence).collect()))
 }
 
 #[cfg(test)]
@@ -228,8 +235,8 @@ mod tests {
         let mut after: Vec<Record> = (0..4).map(|k| record(k, 21.0 + k as f64)).collect();
         after[3].outcome = Outcome::Stalled;
         let moved = Moved { sign: 1.0, before: &before, after: &after };
-        let found = changes(&[moved]).expect("cycles");
-        assert_eq!((found.mean.by, found.cycles), (1.0, 3));
+        let changed = changes(&[moved]).expect("cycles");
+        assert_eq!((changed.mean.by, changed.cycles), (1.0, 3));
         assert!(changes(&[Moved { before: &before[..1], ..moved }]).is_none());
         assert!(changes(&[]).is_none());
     }
@@ -241,7 +248,7 @@ mod tests {
     fn the_errors_are_those_of_many_samples() {
         // before N(30, 3²); after, times 1.1 and noise of 1
         const RUNS: u64 = 400;
-        let mut found = Vec::new();
+        let mut samples = Vec::new();
         for run in 0..RUNS {
             let mut draws = Streams::new(1, run).open(Stream::CurveResidual);
             let (before, after): (Vec<Record>, Vec<Record>) = (0..200)
@@ -250,9 +257,9 @@ mod tests {
                     (record(k, litres), record(k, 1.1 * litres + draws.normal()))
                 })
                 .unzip();
-            found.push(changes(&[Moved { sign: 1.0, before: &before, after: &after }]).unwrap());
+            samples.push(changes(&[Moved { sign: 1.0, before: &before, after: &after }]).unwrap());
         }
-        let of: [Part; 3] = [
+        let parts: [Part; 3] = [
             (|c| c.mean, 3.0, 1.25),
             // SD after: √(3.3² + 1) = 3.448
             (|c| c.sd, 0.448, 1.25),
@@ -260,11 +267,11 @@ mod tests {
             // overestimated
             (|c| c.p95, 3.0 + 1.645 * 0.448, 2.0),
         ];
-        for (change, truth, most) in of {
+        for (change, truth, most) in parts {
             let n = RUNS as f64;
-            let mean = found.iter().map(|c| change(c).by).sum::<f64>() / n;
-            let spread = found.iter().map(|c| (change(c).by - mean).powi(2)).sum::<f64>() / n;
-            let estimated = found.iter().map(|c| change(c).standard_error.unwrap().powi(2));
+            let mean = samples.iter().map(|c| change(c).by).sum::<f64>() / n;
+            let spread = samples.iter().map(|c| (change(c).by - mean).powi(2)).sum::<f64>() / n;
+            let estimated = samples.iter().map(|c| change(c).standard_error.unwrap().powi(2));
             let ratio = estimated.sum::<f64>() / n / spread;
             let error = (spread / n).sqrt();
             // percentiles of 200 values are biased

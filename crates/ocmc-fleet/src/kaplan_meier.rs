@@ -224,12 +224,12 @@ mod tests {
     use ocmc_core::random::{Stream, Streams};
 
     fn observations(all: &[(f64, bool)]) -> Vec<Observation> {
-        let of = |(k, (distance_m, event)): (usize, &(f64, bool))| Observation {
+        let observation = |(k, (distance_m, event)): (usize, &(f64, bool))| Observation {
             cluster: k as u64,
             distance_m: *distance_m,
             event: *event,
         };
-        all.iter().enumerate().map(of).collect()
+        all.iter().enumerate().map(observation).collect()
     }
 
     #[test]
@@ -281,7 +281,7 @@ mod tests {
             let sorted: Vec<f64> = all.iter().map(|(at, _)| *at).collect();
             let survival = Survival::new(observations(&all)).expect("some");
             for share in [0.99, 0.95, 0.5, 0.05] {
-                let found = survival.quantile_ci95(share);
+                let ci95 = survival.quantile_ci95(share);
                 // ranks l and u of the binomial law, each on its own
                 let count = n as usize;
                 let ranks = 1..=count;
@@ -289,9 +289,9 @@ mod tests {
                 let low = ranks.clone().rev().find(|l| tails(l - 1)[0] <= TAIL);
                 let high = ranks.clone().find(|u| tails(*u)[1] <= TAIL);
                 let said = [low, high].map(|rank| rank.map(|rank| rank as f64));
-                assert_eq!(found, said, "{n} {share}");
+                assert_eq!(ci95, said, "{n} {share}");
                 if let Some([low, high]) = interval(&sorted, 1.0 - share) {
-                    assert_eq!(found, [Some(low), Some(high)], "{n} {share}");
+                    assert_eq!(ci95, [Some(low), Some(high)], "{n} {share}");
                 }
             }
         }

@@ -160,7 +160,7 @@ impl Load {
 
 impl LoadOfPlace {
     fn of(place: ChargingPlace, rows: &[Load]) -> Self {
-        let mut of = Self {
+        let mut totals = Self {
             place,
             energy_per_day_j: 0.0,
             p95_power_w: 0.0,
@@ -169,13 +169,13 @@ impl LoadOfPlace {
             days: rows[0].days,
         };
         for row in rows {
-            of.energy_per_day_j += row.mean_power_w * QUARTER_HOUR_S;
-            of.highest_power_w = of.highest_power_w.max(row.highest_power_w);
-            if row.p95_power_w > of.p95_power_w {
-                (of.p95_power_w, of.p95_quarter_hour) = (row.p95_power_w, row.quarter_hour);
+            totals.energy_per_day_j += row.mean_power_w * QUARTER_HOUR_S;
+            totals.highest_power_w = totals.highest_power_w.max(row.highest_power_w);
+            if row.p95_power_w > totals.p95_power_w {
+                (totals.p95_power_w, totals.p95_quarter_hour) = (row.p95_power_w, row.quarter_hour);
             }
         }
-        of
+        totals
     }
 }
 
@@ -220,12 +220,12 @@ mod tests {
         builder.add(&trip(9, last, 3.0 * DAY_S - 100.0, &[9.0e6, 9.0e6]), &dependence);
         let curves = builder.finish(&dependence).expect("charged");
         assert_eq!((curves.rows.len(), curves.rows[0].days), (QUARTER_HOURS, 14));
-        let of = |quarter: usize| curves.rows[quarter];
-        assert_eq!(of(27).mean_power_w, 10e3 / 14.0);
-        assert_eq!(of(28).mean_power_w, 100e3 / 14.0);
-        assert_eq!((of(29).highest_power_w, of(29).p50_power_w), (270e3, 0.0));
+        let load = |quarter: usize| curves.rows[quarter];
+        assert_eq!(load(27).mean_power_w, 10e3 / 14.0);
+        assert_eq!(load(28).mean_power_w, 100e3 / 14.0);
+        assert_eq!((load(29).highest_power_w, load(29).p50_power_w), (270e3, 0.0));
         // 13 days without and one of 270 kW: 0.35 of the way from the 13th to the 14th
-        assert!((of(29).p95_power_w - 0.35 * 270e3).abs() < 1e-6);
+        assert!((load(29).p95_power_w - 0.35 * 270e3).abs() < 1e-6);
         let place = curves.places[0];
         assert!((14.0 * place.energy_per_day_j / 342.0e6 - 1.0).abs() < 1e-12);
         assert_eq!((place.p95_quarter_hour, place.highest_power_w), (29, 270e3));

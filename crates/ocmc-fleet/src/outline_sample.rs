@@ -106,12 +106,12 @@ impl OutlineSample {
 
     /// Means over each batch of what the coefficients, the constant first, make of the terms.
     pub(super) fn means_of_batches(&self, terms: &Terms, beta: &DVector<f64>) -> Vec<f64> {
-        let of = |outline: &Vec<f64>| {
+        let predict = |outline: &Vec<f64>| {
             let terms = terms.of(outline);
             terms.iter().zip(beta.iter().skip(1)).map(|(z, b)| z * b).sum::<f64>()
         };
         let batches = self.known.chunks_exact(BATCH as usize);
-        batches.map(|batch| batch.iter().map(of).sum::<f64>() / BATCH as f64).collect()
+        batches.map(|batch| batch.iter().map(predict).sum::<f64>() / BATCH as f64).collect()
     }
 
     /// Covariance of the errors of the terms' expectations.

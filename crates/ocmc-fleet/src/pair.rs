@@ -6,7 +6,7 @@ use ocmc_core::record::{Outcome, Record};
 /// One cycle in one study: its own value, where it has one, and what it adds to the two totals y
 /// and x of the mean.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Row {
+pub(crate) struct Contribution {
     pub cycle_id: u64,
     pub value: Option<f64>,
     pub y: f64,
@@ -18,35 +18,39 @@ pub(crate) struct Row {
 pub(crate) struct Cycle {
     pub id: u64,
     pub outcome: Outcome,
-    pub row: Option<Row>,
+    pub contribution: Option<Contribution>,
 }
 
 /// The cycles of a study, as far as a quantity of them is compared.
 pub(crate) fn cycles(quantity: &NamedQuantity, records: &[Record]) -> Vec<Cycle> {
     let cycle = |record: &Record| {
         let Record { cycle_id: id, outcome, .. } = *record;
-        Cycle { id, outcome, row: row(quantity, record) }
+        Cycle { id, outcome, contribution: contribution(quantity, record) }
     };
     records.iter().map(cycle).collect()
 }
 
 /// One cycle in both studies.
-pub(crate) type Pair = (Row, Row);
+pub(crate) type Pair = (Contribution, Contribution);
 
 /// Contribution of a cycle to the fleet's mean; none where it was not completed, or has nothing of
 /// the quantity.
-pub(crate) fn row(quantity: &NamedQuantity, record: &Record) -> Option<Row> {
+pub(crate) fn contribution(quantity: &NamedQuantity, record: &Record) -> Option<Contribution> {
     let (y, x) = quantity.totals(record)?;
-    Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })
+    Some(Contribution { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })
 }
 
 /// One side of the pairs: the fleet's mean, and each pair's residual after its cycle's id.
-pub(crate) fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<(u64, f64)>)> {
-    let n = rows.clone().count() as f64;
-    let y: f64 = rows.clone().map(|row| row.y).sum();
-    let x: f64 = rows.clone().map(|row| row.x).sum();
+pub(crate) fn side(
+    contributions: impl Iterator<Item = Contribution> + Clone,
+) -> Option<(f64, Vec<(u64, f64)>)> {
+    let n = contributions.clone().count() as f64;
+    let y: f64 = contributions.clone().map(|contribution| contribution.y).sum();
+    let x: f64 = contributions.clone().map(|contribution| contribution.x).sum();
     let ratio = y / x;
-    let residual = |row: Row| (row.cycle_id, (row.y - ratio * row.x) / (x / n));
-    let residuals = rows.map(residual).collect();
+    let residual = |contribution: Contribution| {
+        (contribution.cycle_id, (contribution.y - ratio * contribution.x) / (x / n))
+    };
+    let residuals = contributions.map(residual).collect();
     (x > 0.0).then_some((ratio, residuals))
 }

@@ -166,13 +166,13 @@ mod tests {
 
     /// Share of 1000 runs, each stopped by the rule, whose interval covers the truth.
     fn coverage(
-        of: &str,
+        statistic: &str,
         wanted: f64,
         truth: f64,
         cycle: impl Fn(&mut Draws) -> Record,
     ) -> (f64, f64) {
         const RUNS: u64 = 1000;
-        let precision = Precision { of: of.to_owned(), wanted };
+        let precision = Precision { of: statistic.to_owned(), wanted };
         let (mut covered, mut cycles) = (0, 0);
         for k in 0..RUNS {
             let mut draws = Draws::new(1, k, Stream::CurveResidual);
@@ -188,7 +188,7 @@ mod tests {
             cycles += fleet.cycles();
             let summary = fleet.finish();
             let litres = summary.consumption().expect("fuel");
-            let quantile = litres.quantiles.iter().find(|quantile| quantile.name == of);
+            let quantile = litres.quantiles.iter().find(|quantile| quantile.name == statistic);
             let interval = quantile.map_or(litres.ci95, |quantile| quantile.ci95);
             let [low, high] = interval.expect("at least 250 cycles");
             covered += u64::from(low <= truth && truth <= high);

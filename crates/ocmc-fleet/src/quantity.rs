@@ -336,39 +336,39 @@ mod tests {
         let electric = Record::default().with(Carrier::Electricity, [None, Some(1.2), None]);
         let failed = Record { outcome: Outcome::Stalled, ..diesel.clone() };
         let (diesel, electric, failed) = ([diesel], [electric], [failed]);
-        let of = |fleets: &[&[Record]]| shared_consumption(fleets).column;
-        assert_eq!(of(&[&diesel, &diesel]), LITRES);
-        assert_eq!(of(&[&electric, &electric]), CHARGED);
-        assert_eq!(of(&[&diesel, &electric]), WHEEL);
+        let column = |fleets: &[&[Record]]| shared_consumption(fleets).column;
+        assert_eq!(column(&[&diesel, &diesel]), LITRES);
+        assert_eq!(column(&[&electric, &electric]), CHARGED);
+        assert_eq!(column(&[&diesel, &electric]), WHEEL);
         // nothing in common: that of the first
-        assert_eq!(of(&[&electric, &failed]), CHARGED);
-        assert_eq!(of(&[&failed]), LITRES);
+        assert_eq!(column(&[&electric, &failed]), CHARGED);
+        assert_eq!(column(&[&failed]), LITRES);
         let cut_short = Record {
             outcome: Outcome::Depleted,
             whole_trip_kwh_per_km: Some(1.3),
             whole_trip_m: Some(3e5),
             ..electric[0].clone()
         };
-        assert_eq!(of(&[&[cut_short]]), WHOLE_TRIP);
+        assert_eq!(column(&[&[cut_short]]), WHOLE_TRIP);
     }
 
     #[test]
     fn any_number_of_the_records_is_a_quantity_and_ids_are_none() {
-        let of = |name| quantity_of_column(name, ["fuel_kg_urban"].into_iter());
+        let quantity = |name| quantity_of_column(name, ["fuel_kg_urban"].into_iter());
         let record = Record { n_stops: 3, ..Record::default() };
         let record = record.with(Carrier::LiquidFuel, [Some(20.0), None, None]);
-        let totals = |name| of(name).and_then(|quantity| quantity.totals(&record));
+        let totals = |name| quantity(name).and_then(|quantity| quantity.totals(&record));
         assert_eq!(totals("n_stops"), Some((3.0, 1.0)));
         assert_eq!(totals("fuel_kg"), Some((20.0, 1.0)));
         // a column of the breakdown, which this record lacks
-        assert!(of("fuel_kg_urban").is_some() && totals("fuel_kg_urban").is_none());
+        assert!(quantity("fuel_kg_urban").is_some() && totals("fuel_kg_urban").is_none());
         for name in
             ["cycle_id", "outcome", "truck_id", "driver_id", "trip", "route_id", "fuel_kg_rural"]
         {
-            assert!(of(name).is_none(), "{name}");
+            assert!(quantity(name).is_none(), "{name}");
         }
         for name in numeric_columns() {
-            assert!(of(name).is_some(), "{name}");
+            assert!(quantity(name).is_some(), "{name}");
         }
         assert_eq!(numeric_columns().count(), COLUMNS.len() - NO_QUANTITIES.len() + 1);
     }

@@ -125,21 +125,21 @@ pub fn season_of(departure_s_of_year: f64) -> usize {
 }
 
 fn survival(trips: &[RangeTrip], dependence: Dependence) -> Option<Survival> {
-    let of = |trip: &RangeTrip| Observation {
+    let observation = |trip: &RangeTrip| Observation {
         cluster: trip.cycle_id / dependence.batch,
         distance_m: trip.distance_m,
         event: trip.outcome == Outcome::Depleted,
     };
-    Survival::new(trips.iter().map(of).collect())
+    Survival::new(trips.iter().map(observation).collect())
 }
 
 fn range_of(trips: &[RangeTrip], dependence: Dependence) -> RangeOf {
     let count = |is: fn(Outcome) -> bool| trips.iter().filter(|t| is(t.outcome)).count() as u64;
     let survival = survival(trips, dependence);
     let arriving = ARRIVING.map(|share| {
-        let of = survival.as_ref();
-        let range_m = of.and_then(|s| s.quantile(share));
-        let ci95_m = of.map_or([None; 2], |s| s.quantile_ci95(share));
+        let curve = survival.as_ref();
+        let range_m = curve.and_then(|s| s.quantile(share));
+        let ci95_m = curve.map_or([None; 2], |s| s.quantile_ci95(share));
         ArrivingRange { share, range_m, ci95_m }
     });
     RangeOf {

@@ -266,20 +266,20 @@ impl Waiting {
     }
 }
 
-/// Results of `of` for each cycle of a plan, by its id and in order of the ids; it does not depend
-/// on the threads. `progress` receives the number of cycles done, several times a second; breaking
-/// ends the work, and sets the flag on which `of` may give up.
+/// Results of `result_of` for each cycle of a plan, by its id and in order of the ids; it does not
+/// depend on the threads. `progress` receives the number of cycles done, several times a second;
+/// breaking ends the work, and sets the flag on which `result_of` may give up.
 pub fn each<T: Send, B>(
     plan: &RunPlan,
-    of: &(dyn Fn(u64, &AtomicBool) -> T + Sync),
+    result_of: &(dyn Fn(u64, &AtomicBool) -> T + Sync),
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<T>> {
     let ids = plan.first_cycle..plan.first_cycle + plan.cycles;
     let (done, stop) = (AtomicU64::new(0), AtomicBool::new(false));
     let one = |id: u64| {
-        let found = (!stop.load(Ordering::Relaxed)).then(|| of(id, &stop));
+        let answer = (!stop.load(Ordering::Relaxed)).then(|| result_of(id, &stop));
         done.fetch_add(1, Ordering::Relaxed);
-        found
+        answer
     };
     if !CAN_START {
         let mut all = Vec::new();

@@ -383,12 +383,19 @@ mod tests {
         designs[1].reverse();
         designs[2][3] = Err(Missing::NotCompleted);
         designs[0][4] = Err(Missing::NoValue);
-        let found = share_out("x", &plan, alone, groups, &designs).expect("ten rows are left");
-        assert_eq!((found.rows, found.dropped_rows, found.cycles), (10, 2, 36));
-        assert_eq!((found.failed_rows, found.rows_without_value, found.replicates), (1, 1, None));
+        let effects = share_out("x", &plan, alone, groups, &designs).expect("ten rows are left");
+        assert_eq!((effects.rows, effects.dropped_rows, effects.cycles), (10, 2, 36));
+        assert_eq!(
+            (effects.failed_rows, effects.rows_without_value, effects.replicates),
+            (1, 1, None)
+        );
         designs[1][4] = Err(Missing::NotCompleted);
-        let found = share_out("x", &plan, alone, groups, &designs).expect("ten rows are left");
-        assert_eq!((found.failed_rows, found.rows_without_value), (2, 0), "a failure counts first");
+        let effects = share_out("x", &plan, alone, groups, &designs).expect("ten rows are left");
+        assert_eq!(
+            (effects.failed_rows, effects.rows_without_value),
+            (2, 0),
+            "a failure counts first"
+        );
         designs[0][5] = Err(Missing::NoValue);
         let error = share_out("x", &plan, alone, groups, &designs).expect_err("nine are left");
         assert_eq!(error, SensitivityError::TooFewRows { column: "x", rows: 9, dropped: 3 });
@@ -444,11 +451,12 @@ mod tests {
 
     #[test]
     fn few_replicates_have_shares_and_no_intervals() {
-        let of = |replicates| Dependence { replicates: Some(replicates), ..Dependence::default() };
-        let few = replicated(1, 4, of(4));
+        let dependence =
+            |replicates| Dependence { replicates: Some(replicates), ..Dependence::default() };
+        let few = replicated(1, 4, dependence(4));
         assert_eq!(few.replicates, Some(4));
         assert_eq!((few.factors[0].first_ci95, few.factors[0].total_ci95), (None, None));
-        let enough = replicated(1, 10, of(10));
+        let enough = replicated(1, 10, dependence(10));
         assert_eq!(enough.replicates, Some(10));
         assert!(enough.factors[0].first_ci95.is_some());
     }

@@ -98,9 +98,9 @@ pub fn shapley<B>(
     let names: Vec<&'static str> = factors.iter().map(|factor| factor.name).collect();
     let column = quantity.map_or("", |quantity| quantity.column);
     let (rows, of_rows) = rows_of(plan, dependence, over);
-    let found = share_out(column, &rows, of_rows, &names, &designs);
+    let effects = share_out(column, &rows, of_rows, &names, &designs);
     let cycles = plan.cycles * designs.len() as u64;
-    ControlFlow::Continue(found.map(|found| ShapleyEffects { cycles, ..found }))
+    ControlFlow::Continue(effects.map(|effects| ShapleyEffects { cycles, ..effects }))
 }
 
 /// Drops rows that are not complete, and estimates the shares.
@@ -138,8 +138,8 @@ fn share_out(
     let bootstrap = if groups.len() < LEAST_GROUPS { 0 } else { BOOTSTRAP_SAMPLES };
     for number in 0..bootstrap {
         let drawn = drawn_again(plan.seed, number, groups.len());
-        let (found, _) = self::shares(drawn.map(|group| &groups[group]), names.len());
-        samples.iter_mut().zip(found).for_each(|(sample, share)| sample.push(share));
+        let (resampled, _) = self::shares(drawn.map(|group| &groups[group]), names.len());
+        samples.iter_mut().zip(resampled).for_each(|(sample, share)| sample.push(share));
     }
     let factors = names.iter().zip(shares).zip(samples);
     let factors = factors.map(|((factor, share), sample)| ShapleyShare {
@@ -181,8 +181,8 @@ fn terms(outputs: &[f64], weights: &[Vec<f64>]) -> Vec<f64> {
     let count = outputs.len();
     let gone: Vec<f64> = (0..count)
         .map(|differ| {
-            let pairs = (0..count).map(|of| {
-                let difference = outputs[of] - outputs[of ^ differ];
+            let pairs = (0..count).map(|subset| {
+                let difference = outputs[subset] - outputs[subset ^ differ];
                 difference * difference
             });
             // each pair is met twice
@@ -245,9 +245,9 @@ mod tests {
         let v = v1 + v2 + v13;
         let known = [(v1 + 0.5 * v13) / v, v2 / v, 0.5 * v13 / v];
         for seed in 1..=3 {
-            let found = effects(ishigami, 4000, seed);
-            assert!((found.variance / v - 1.0).abs() < 0.1, "{found:?}");
-            for (share, known) in found.factors.iter().zip(known) {
+            let effects = effects(ishigami, 4000, seed);
+            assert!((effects.variance / v - 1.0).abs() < 0.1, "{effects:?}");
+            for (share, known) in effects.factors.iter().zip(known) {
                 let [low, high] = share.ci95.expect("enough rows");
                 let error = (high - low) / 3.92;
                 assert!((share.share - known).abs() < 4.0 * error, "{share:?} {known}");
@@ -259,10 +259,10 @@ mod tests {
     #[test]
     fn shares_add_up_to_one() {
         let product = |u: [f64; 4]| (1.0 + u[0]) * (2.0 + u[1] * u[2]) + (3.0 * u[3] + u[0]).sin();
-        let found = effects(product, 50, 7);
-        let sum: f64 = found.factors.iter().map(|share| share.share).sum();
+        let effects = effects(product, 50, 7);
+        let sum: f64 = effects.factors.iter().map(|share| share.share).sum();
         assert!((sum - 1.0).abs() < 1e-12, "{sum}");
-        assert_eq!((found.rows, found.cycles, found.dropped_rows), (50, 800, 0));
+        assert_eq!((effects.rows, effects.cycles, effects.dropped_rows), (50, 800, 0));
         for row in weights(6) {
             // what a factor adds to any subset, weighted by orders in which it comes: in all one
             let added: f64 = row.iter().filter(|weight| **weight > 0.0).sum();
@@ -290,16 +290,16 @@ mod tests {
         let mut designs = designs(|u: [f64; 2]| u[0] + u[1], 12, 1);
         designs[3][2] = Err(Missing::NotCompleted);
         designs[1][5] = Err(Missing::NoValue);
-        let of = |designs: &[Vec<Output>]| {
+        let shared_out = |designs: &[Vec<Output>]| {
             share_out("x", &plan, Dependence::default(), &NAMES[..2], designs)
         };
-        let found = of(&designs).expect("ten are left");
-        assert_eq!((found.rows, found.dropped_rows, found.cycles), (10, 2, 48));
+        let effects = shared_out(&designs).expect("ten are left");
+        assert_eq!((effects.rows, effects.dropped_rows, effects.cycles), (10, 2, 48));
         designs[0][0] = Err(Missing::NoValue);
-        let error = of(&designs).expect_err("nine are left");
+        let error = shared_out(&designs).expect_err("nine are left");
         assert_eq!(error, SensitivityError::TooFewRows { column: "x", rows: 9, dropped: 3 });
         let same = vec![vec![Ok(1.0); 12]; 4];
-        assert_eq!(of(&same), Err(SensitivityError::NoSpread { column: "x" }));
+        assert_eq!(shared_out(&same), Err(SensitivityError::NoSpread { column: "x" }));
     }
 
     #[test]
@@ -307,8 +307,8 @@ mod tests {
         // u₁ + u₂ + u₁ u₂: V₁ = V₂ = 1.5²/12, V₁₂ = 1/144: by symmetry a half each
         let mut covered = 0;
         for seed in 0..200 {
-            let found = effects(|u: [f64; 2]| u[0] + u[1] + u[0] * u[1], 100, 100 + seed);
-            let [low, high] = found.factors[0].ci95.expect("enough rows");
+            let effects = effects(|u: [f64; 2]| u[0] + u[1] + u[0] * u[1], 100, 100 + seed);
+            let [low, high] = effects.factors[0].ci95.expect("enough rows");
             covered += u32::from(low <= 0.5 && 0.5 <= high);
         }
         // percentile intervals of 100 rows cover a little less than 95 %

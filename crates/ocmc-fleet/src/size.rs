@@ -208,8 +208,8 @@ pub fn of_season<B>(
         let mission = study.sample(plan.seed, cycle_id).cycle.mission;
         season_of(mission.day_of_year * DAY_S + mission.departure_s) == season
     };
-    let found = each(plan, &departs_then, progress)?;
-    let places = (0..plan.cycles).zip(found).filter(|(_, is_then)| *is_then);
+    let flags = each(plan, &departs_then, progress)?;
+    let places = (0..plan.cycles).zip(flags).filter(|(_, is_then)| *is_then);
     ControlFlow::Continue(places.map(|(place, _)| place).collect())
 }
 
@@ -263,14 +263,14 @@ mod tests {
         let mut drive = |capacity_j: f64, trips: &[u64]| {
             ControlFlow::<Infallible, _>::Continue(stairs(capacity_j, trips))
         };
-        let ControlFlow::Continue(found) = sizing.size_for(0.8, &mut drive);
-        let size_j = found.capacity_j.unwrap();
-        assert!((size_j / 80.0e9 - 1.0).abs() < 1.1 * WIDTH && size_j >= 80.0e9, "{found:?}");
+        let ControlFlow::Continue(sized) = sizing.size_for(0.8, &mut drive);
+        let size_j = sized.capacity_j.unwrap();
+        assert!((size_j / 80.0e9 - 1.0).abs() < 1.1 * WIDTH && size_j >= 80.0e9, "{sized:?}");
         // binomial: 0.8 ± 1.96 × 0.04; a share between two stairs takes the next one
-        let [low, high] = found.ci95_j.map(Option::unwrap);
+        let [low, high] = sized.ci95_j.map(Option::unwrap);
         assert!(
             (low / 73.0e9 - 1.0).abs() < 2e-3 && (high / 88.0e9 - 1.0).abs() < 2e-3,
-            "{found:?}"
+            "{sized:?}"
         );
         // each size was tried on the trips alone that did not tell
         assert!(sizing.drives < 900, "{}", sizing.drives);
@@ -289,16 +289,16 @@ mod tests {
                 let trips: Vec<u64> = trips.iter().map(|k| k - k % 10).collect();
                 ControlFlow::<Infallible, _>::Continue(stairs(capacity_j, &trips))
             };
-            let ControlFlow::Continue(found) = sizing.size_for(0.5, &mut drive);
-            found.ci95_j.map(Option::unwrap)
+            let ControlFlow::Continue(sized) = sizing.size_for(0.5, &mut drive);
+            sized.ci95_j.map(Option::unwrap)
         };
         let (own, alike) = (sizing(1), sizing(10));
         assert!(alike[1] - alike[0] > 2.0 * (own[1] - own[0]), "{own:?} {alike:?}");
         let mut never = |_: f64, trips: &[u64]| {
             ControlFlow::<Infallible, _>::Continue(vec![Outcome::Depleted; trips.len()])
         };
-        let ControlFlow::Continue(found) =
+        let ControlFlow::Continue(sized) =
             Sizing::new((0..5).collect(), 1e9).size_for(0.9, &mut never);
-        assert_eq!((found.capacity_j, found.ci95_j), (None, [None; 2]));
+        assert_eq!((sized.capacity_j, sized.ci95_j), (None, [None; 2]));
     }
 }

@@ -126,8 +126,8 @@ impl JsonSchema for Statistic {
         });
         let mut required = vec!["mean".to_owned(), "ci95".to_owned(), "sd".to_owned()];
         for (_, name) in LEVELS {
-            for (key, of) in [(name.to_owned(), &number), (format!("{name}_ci95"), &interval)] {
-                properties[&key] = of.clone().to_value();
+            for (key, schema) in [(name.to_owned(), &number), (format!("{name}_ci95"), &interval)] {
+                properties[&key] = schema.clone().to_value();
                 required.push(key);
             }
         }

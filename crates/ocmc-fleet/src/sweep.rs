@@ -71,8 +71,8 @@ pub fn sweep<B>(
     for (k, study) in studies.iter().enumerate() {
         let own = cycles_of(k);
         let compared = |first| {
-            let (of, pairs) = ([studies[0], study], [cycles_of(0), own]);
-            Comparison::of_studies(quantity.column, of, plan.seed, pairs, first)
+            let (both, pairs) = ([studies[0], study], [cycles_of(0), own]);
+            Comparison::of_studies(quantity.column, both, plan.seed, pairs, first)
         };
         swept.push(SweptStudy {
             mean: mean(quantity, study, plan.seed, own),
@@ -87,10 +87,10 @@ pub fn sweep<B>(
 
 /// The mean of a fleet, as a run has it.
 fn mean(quantity: &NamedQuantity, study: &Study, seed: u64, cycles: &[Cycle]) -> Option<Ratio> {
-    let rows = cycles.iter().filter_map(|cycle| cycle.row);
-    let rows = rows.map(|row| (row.cycle_id, row.y, row.x));
+    let contributions = cycles.iter().filter_map(|cycle| cycle.contribution);
+    let totals = contributions.map(|cycle| (cycle.cycle_id, cycle.y, cycle.x));
     let dependence = Dependence::of(study.model(), seed);
-    let mean = Clusters::of(dependence, rows.clone().map(|(id, ..)| id)).ratio(rows)?;
+    let mean = Clusters::of(dependence, totals.clone().map(|(id, ..)| id)).ratio(totals)?;
     let ci95 = mean.ci95.map(|[low, high]| [low.max(quantity.least()), high]);
     Some(Ratio { ci95, ..mean })
 }

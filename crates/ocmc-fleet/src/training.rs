@@ -198,11 +198,11 @@ impl Training {
         }
         let chosen = chosen_of(drivers.len(), options.share);
         let standings = |trips: usize| -> Vec<Standing> {
-            let of = |driver: &Driver| Standing {
+            let standing = |driver: &Driver| Standing {
                 recorded: driver.recorded(trips),
                 excess: driver.excess,
             };
-            drivers.iter().map(of).collect()
+            drivers.iter().map(standing).collect()
         };
         let all = standings(usize::MAX);
         let shown = |standings: &[Standing]| shown(standings, chosen);
@@ -399,45 +399,45 @@ mod tests {
         let own: Vec<Record> = (0..5).map(|k| trip(k, k, 20.0 + 10.0 * k as f64)).collect();
         let other: Vec<Record> =
             (0..5).map(|k| trip(k, k, 20.0 + 10.0 * k as f64 - more[k as usize])).collect();
-        let found = Training::of(&own, &other, &OPTIONS, None).expect("five drivers");
-        assert_eq!((found.drivers, found.chosen, found.pairs), (5, 1, 5));
+        let training = Training::of(&own, &other, &OPTIONS, None).expect("five drivers");
+        assert_eq!((training.drivers, training.chosen, training.pairs), (5, 1, 5));
         // the worst takes 60, the middle one 40; its excess falls from 5 to 2
-        assert!((found.shown - 20.0).abs() < 1e-12);
-        assert!((found.gain.of_quantity - 3.0).abs() < 1e-12, "{found:?}");
-        assert_eq!(found.truly_worst, 1.0);
-        assert_eq!((found.gain.of_quantity_ci95, found.gain.money_per_km), (None, None));
+        assert!((training.shown - 20.0).abs() < 1e-12);
+        assert!((training.gain.of_quantity - 3.0).abs() < 1e-12, "{training:?}");
+        assert_eq!(training.truly_worst, 1.0);
+        assert_eq!((training.gain.of_quantity_ci95, training.gain.money_per_km), (None, None));
         let trained = TrainingOptions { is_trained: true, ..OPTIONS };
-        let found = Training::of(
+        let training = Training::of(
             &own,
             &other,
             &trained,
             Some(&|record| Some(record.consumption(Carrier::LiquidFuel)? / 100.0)),
         );
-        let found = found.expect("five drivers");
-        assert!((found.gain.of_quantity - 5.0).abs() < 1e-12);
-        assert!((found.gain.money_per_km.expect("a price") - 0.05).abs() < 1e-12);
+        let training = training.expect("five drivers");
+        assert!((training.gain.of_quantity - 5.0).abs() < 1e-12);
+        assert!((training.gain.money_per_km.expect("a price") - 0.05).abs() < 1e-12);
     }
 
     #[test]
     fn records_promise_more_than_training_gives() {
         let (own, other) = drives(1, 500, 20);
-        let found = Training::of(&own, &other, &OPTIONS, None).expect("drivers");
+        let training = Training::of(&own, &other, &OPTIONS, None).expect("drivers");
         // the worst fifth of a normal law lies 1.400 SD above its middle (0.2800/0.2); a mean has
         // SD √(1 + 4 + 25/20) = 2.5, and of it the share 1/6.25 is the driver's variance
         let shown = 1.400 * 2.5;
         let own_share = shown / 6.25;
         // errors of the mean of 100 of 500 drivers: about 0.12 and 0.10
-        assert!((found.shown - shown).abs() < 0.48, "{found:?}");
-        assert!((found.gain.of_quantity - own_share).abs() < 0.40, "{found:?}");
-        let known = found.gain_if_known.of_quantity;
+        assert!((training.shown - shown).abs() < 0.48, "{training:?}");
+        assert!((training.gain.of_quantity - own_share).abs() < 0.40, "{training:?}");
+        let known = training.gain_if_known.of_quantity;
         assert!((known - 1.400).abs() < 0.2, "{known}");
         // s_b²/(s_b² + s_w²/m) = 5/6.25; its error is about 0.015
-        assert!((found.reliability.expect("they differ") - 0.8).abs() < 0.06, "{found:?}");
-        assert!(found.truly_worst > 0.25 && found.truly_worst < 0.6, "{found:?}");
-        let [low, high] = found.gain.of_quantity_ci95.expect("500 drivers");
-        assert!(low < found.gain.of_quantity && found.gain.of_quantity < high);
+        assert!((training.reliability.expect("they differ") - 0.8).abs() < 0.06, "{training:?}");
+        assert!(training.truly_worst > 0.25 && training.truly_worst < 0.6, "{training:?}");
+        let [low, high] = training.gain.of_quantity_ci95.expect("500 drivers");
+        assert!(low < training.gain.of_quantity && training.gain.of_quantity < high);
         // records of more trips choose better
-        let trips: Vec<usize> = found.by_trips.iter().map(|choice| choice.trips).collect();
+        let trips: Vec<usize> = training.by_trips.iter().map(|choice| choice.trips).collect();
         assert_eq!(trips, [5, 10, 20]);
     }
 
@@ -448,8 +448,8 @@ mod tests {
         let mut covered = 0;
         for seed in 0..RUNS as u64 {
             let (own, other) = drives(seed + 10, 100, 20);
-            let found = Training::of(&own, &other, &OPTIONS, None).expect("drivers");
-            let [low, high] = found.gain.of_quantity_ci95.expect("100 drivers");
+            let training = Training::of(&own, &other, &OPTIONS, None).expect("drivers");
+            let [low, high] = training.gain.of_quantity_ci95.expect("100 drivers");
             covered += usize::from(low <= 0.56 && 0.56 <= high);
         }
         let share = covered as f64 / RUNS as f64;

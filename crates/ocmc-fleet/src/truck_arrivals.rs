@@ -72,13 +72,13 @@ impl TruckArrivalBuilder {
         if self.trucks == 0 {
             return Vec::new();
         }
-        let of = |(share_of_trips, trucks): (f64, u64)| TruckArrivals {
+        let arrivals = |(share_of_trips, trucks): (f64, u64)| TruckArrivals {
             share_of_trips,
             trucks,
             of: self.trucks,
             ci95: wilson(trucks, self.trucks),
         };
-        WANTED.into_iter().zip(self.enough).map(of).collect()
+        WANTED.into_iter().zip(self.enough).map(arrivals).collect()
     }
 }
 
@@ -110,9 +110,9 @@ mod tests {
             builder
                 .add(&Record { cycle_id, outcome, final_charge, ..Record::default() }, &dependence);
         }
-        let found = builder.finish();
-        let counts: Vec<u64> = found.iter().map(|arrivals| arrivals.trucks).collect();
-        assert_eq!((counts, found[0].of), (vec![1, 2], 3));
+        let arrivals = builder.finish();
+        let counts: Vec<u64> = arrivals.iter().map(|arrivals| arrivals.trucks).collect();
+        assert_eq!((counts, arrivals[0].of), (vec![1, 2], 3));
         let mut diesel = TruckArrivalBuilder::default();
         diesel.add(&Record::default(), &dependence);
         assert!(diesel.finish().is_empty());

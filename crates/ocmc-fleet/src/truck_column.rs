@@ -25,12 +25,12 @@ enum Get {
 
 impl TruckColumn {
     /// The value of a truck-year.
-    pub fn get(&self, of: &TruckTime) -> Cell {
+    pub fn get(&self, time: &TruckTime) -> Cell {
         match self.get {
-            Get::Field(get) => get(of),
-            Get::Taken(k) => Cell::Number(of.taken[k]),
-            Get::Sold(k) => Cell::Number(of.sold[k]),
-            Get::Quantity(k) => Cell::Number(of.value(k)),
+            Get::Field(get) => get(time),
+            Get::Taken(k) => Cell::Number(time.taken[k]),
+            Get::Sold(k) => Cell::Number(time.sold[k]),
+            Get::Quantity(k) => Cell::Number(time.value(k)),
         }
     }
 }

@@ -237,7 +237,7 @@ impl TruckYearBuilder {
         let statistics = |times: &[TruckTime], each: u64, table: usize| {
             let batch = trucks_of_batch.max(1) * each;
             let of_trucks = Dependence { batch, ..Dependence::default() };
-            let of = |k: usize| {
+            let of_quantity = |k: usize| {
                 let values = times.iter().filter_map(|time| {
                     let number = time.month.map_or(time.year, |month| 12 * time.year + month);
                     Some((time.truck_id * each + number, time.value(k)?))
@@ -251,7 +251,7 @@ impl TruckYearBuilder {
                 }
                 statistic.with(self.error_of_mean(times, table, k, totals))
             };
-            (0..QUANTITIES.len()).map(of).collect::<Vec<_>>()
+            (0..QUANTITIES.len()).map(of_quantity).collect::<Vec<_>>()
         };
         let truck_months = statistics(&self.months, 12 * years, 1);
         let truck_years = statistics(&self.years, years, 0);
@@ -435,8 +435,9 @@ impl Total {
         clusters: &Clusters,
         dependence: Dependence,
     ) -> Self {
-        let of = |(id, amount): &(u64, f64)| (id / dependence.trips_per_truck, *id, *amount);
-        let trips: Vec<(u64, u64, f64)> = trips.iter().map(of).collect();
+        let with_truck =
+            |(id, amount): &(u64, f64)| (id / dependence.trips_per_truck, *id, *amount);
+        let trips: Vec<(u64, u64, f64)> = trips.iter().map(with_truck).collect();
         let by_truck = trips.chunk_by(|a, b| a.0 == b.0);
         let amount = |trips: &[(u64, u64, f64)]| trips.iter().map(|(_, _, amount)| amount).sum();
         let totals: Vec<f64> = by_truck.map(amount).collect();
@@ -489,7 +490,7 @@ impl Totals {
         is_shared: bool,
         error: impl Fn(usize, f64) -> Option<Error>,
     ) -> Self {
-        let of = |k: usize| {
+        let total = |k: usize| {
             let mut totals: Vec<(u64, f64)> = Vec::with_capacity(trucks);
             for time in years {
                 let value = Self::amounts(time)[k]? / count as f64;
@@ -504,12 +505,12 @@ impl Totals {
             Some(if is_shared { of_trucks.of_shared(error(k, total)) } else { of_trucks })
         };
         Self {
-            distance_m: of(0),
-            duration_s: of(1),
-            co2_kg: of(2),
-            well_to_wheel_kg: of(3),
-            cost: of(4),
-            sold: std::array::from_fn(|k| of(5 + k)),
+            distance_m: total(0),
+            duration_s: total(1),
+            co2_kg: total(2),
+            well_to_wheel_kg: total(3),
+            cost: total(4),
+            sold: std::array::from_fn(|k| total(5 + k)),
         }
     }
 }
@@ -562,26 +563,26 @@ mod tests {
     fn a_small_fleet_by_hand() {
         let failed = Record { outcome: Outcome::Stalled, ..trip(3, 90.0, 9.0) };
         let records = [trip(0, 20.0, 100.0), trip(1, 40.0, 300.0), trip(2, 30.0, 200.0), failed];
-        let found = summary(&records, of_trucks(2)).trucks.expect("two trucks");
+        let trucks = summary(&records, of_trucks(2)).trucks.expect("two trucks");
         // 20 + 120 L over 400 km; 60 L over 200 km
-        let values: Vec<_> = found.rows.iter().map(|row| row.value(0)).collect();
+        let values: Vec<_> = trucks.rows.iter().map(|row| row.value(0)).collect();
         assert_eq!(values, [Some(35.0), Some(30.0)]);
-        let counts: Vec<_> = found.rows.iter().map(|row| (row.n_trips, row.n_failed)).collect();
+        let counts: Vec<_> = trucks.rows.iter().map(|row| (row.n_trips, row.n_failed)).collect();
         assert_eq!(counts, [(2, 0), (1, 1)]);
         // R = 35; residuals 100 (20 − 35) and 300 (40 − 35): se = √(2 · 2 · 1500²)/400 = 7.5
-        let (value, [low, high]) = found.rows[0].consumption().expect("two trips");
+        let (value, [low, high]) = trucks.rows[0].consumption().expect("two trips");
         assert!((value - 35.0).abs() < 1e-12 && ((high - low) / 2.0 / 7.5 - 12.7062).abs() < 1e-3);
-        assert_eq!(found.rows[1].consumption(), None);
+        assert_eq!(trucks.rows[1].consumption(), None);
         // 200 L over 600 km, all in January
-        assert!((found.by_month[0].expect("trips") - 200.0 / 6.0).abs() < 1e-12);
-        assert_eq!(found.by_month[1..], [None; 11]);
-        let fuel = found.totals.sold[Carrier::LiquidFuel as usize].expect("fuel");
+        assert!((trucks.by_month[0].expect("trips") - 200.0 / 6.0).abs() < 1e-12);
+        assert_eq!(trucks.by_month[1..], [None; 11]);
+        let fuel = trucks.totals.sold[Carrier::LiquidFuel as usize].expect("fuel");
         assert!((fuel.total - 200.0).abs() < 1e-9);
         // totals 140 and 60: s = 80/√2, t₀.₉₇₅(1) = 12.706, √(2 · 2): 12.706 · 56.569 · 2
         let [low, high] = fuel.prediction95.expect("two trucks");
         assert!(((high - low) / 2.0 - 1437.54).abs() < 0.01, "{low} {high}");
         // truck 0: 20 and 40, truck 1: 30; within 200/1; means 30 and 30: between 0
-        let components = found.components.expect("three trips");
+        let components = trucks.components.expect("three trips");
         assert!((components.within_variance - 200.0).abs() < 1e-9);
         // trips of a truck: 3 - 5/3 = 4/3
         assert!((components.between_variance + 200.0 / (4.0 / 3.0)).abs() < 1e-9);
@@ -598,12 +599,12 @@ mod tests {
                 ..trip(id, 30.0, 1.0)
             })
             .collect();
-        let found = summary(&records, dependence).trucks.expect("two trucks");
-        assert_eq!((found.trucks, found.years, found.rows.len()), (2, 2, 4));
-        assert!(found.rows.iter().all(|row| row.n_trips == 365));
-        assert_eq!(found.truck_months[0].n, 48);
+        let trucks = summary(&records, dependence).trucks.expect("two trucks");
+        assert_eq!((trucks.trucks, trucks.years, trucks.rows.len()), (2, 2, 4));
+        assert!(trucks.rows.iter().all(|row| row.n_trips == 365));
+        assert_eq!(trucks.truck_months[0].n, 48);
         // the fleet's year, not its two years
-        assert!((found.totals.distance_m.expect("known").total - 730e3).abs() < 1e-6);
+        assert!((trucks.totals.distance_m.expect("known").total - 730e3).abs() < 1e-6);
     }
 
     #[test]
@@ -611,8 +612,8 @@ mod tests {
         const RUNS: u64 = 200;
         let (mut between, mut within) = (0.0, 0.0);
         for seed in 0..RUNS {
-            let found = summary(&fleet(seed, 40, 2.0), of_trucks(TRIPS)).trucks.expect("trucks");
-            let components = found.components.expect("40 trucks");
+            let trucks = summary(&fleet(seed, 40, 2.0), of_trucks(TRIPS)).trucks.expect("trucks");
+            let components = trucks.components.expect("40 trucks");
             between += components.between_variance / RUNS as f64;
             within += components.within_variance / RUNS as f64;
         }
@@ -629,17 +630,17 @@ mod tests {
         let truth = 30.0 + 1.644_853_627 * 29_f64.sqrt();
         for seed in 0..RUNS {
             let records = fleet(seed, 60, 2.0);
-            let found = summary(&records, of_trucks(TRIPS));
+            let summed = summary(&records, of_trucks(TRIPS));
             let naive = summary(&records, Dependence::default());
             let holds = |ci: Option<[f64; 2]>, truth: f64| {
                 let [low, high] = ci.expect("3000 trips");
                 usize::from(low <= truth && truth <= high)
             };
-            let own = found.consumption().expect("fuel");
+            let own = summed.consumption().expect("fuel");
             mean += holds(own.ci95, 30.0);
             alone += holds(naive.consumption().expect("fuel").ci95, 30.0);
             p95 += holds(own.quantiles[4].ci95, truth);
-            let trucks = found.trucks.as_ref().expect("trucks");
+            let trucks = summed.trucks.as_ref().expect("trucks");
             annual += holds(trucks.truck_years[0].ci95, 30.0);
         }
         assert_share("mean", mean, RUNS as usize, 0.95);

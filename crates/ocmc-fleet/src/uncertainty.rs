@@ -18,7 +18,7 @@
 //! Source: the delta method, A. W. van der Vaart, *Asymptotic Statistics* (1998), chapter 3 \[PK\].
 
 use super::dependence::Dependence;
-use super::pair::{Pair, row, side};
+use super::pair::{Pair, contribution, side};
 use super::quantity::NamedQuantity;
 use super::ratio::NORMAL_975;
 use super::run::RunPlan;
@@ -243,7 +243,8 @@ fn half(
     apart: f64,
     unknown: Number,
 ) -> Number {
-    let pair = |(a, b): (&Record, &Record)| Some((row(quantity, a)?, row(quantity, b)?));
+    let pair =
+        |(a, b): (&Record, &Record)| Some((contribution(quantity, a)?, contribution(quantity, b)?));
     let pairs: Vec<Pair> = low.iter().zip(high).filter_map(pair).collect();
     let [low, high] =
         [side(pairs.iter().map(|pair| pair.0)), side(pairs.iter().map(|pair| pair.1))];

@@ -17,8 +17,8 @@ pub(crate) const LOADS: &str = "loads";
 
 /// Load curves as one table.
 pub fn loads_batch(loads: &[Load]) -> RecordBatch {
-    let number = |of: fn(&Load) -> f64| numbers(loads.iter().map(of));
-    let count = |of: fn(&Load) -> u64| counts(loads.iter().map(of));
+    let number = |value_of: fn(&Load) -> f64| numbers(loads.iter().map(value_of));
+    let count = |value_of: fn(&Load) -> u64| counts(loads.iter().map(value_of));
     table(vec![
         ("place", words(loads.iter().map(|load| load.place.name()))),
         ("quarter_hour", count(|load| load.quarter_hour)),
@@ -41,8 +41,10 @@ pub fn chargings_batch(records: &[Record]) -> RecordBatch {
 
 /// Chargings with the records of their trips as one table.
 fn batch(rows: &[(&Record, &ChargingEvent)]) -> RecordBatch {
-    let number = |of: fn(&ChargingEvent) -> f64| numbers(rows.iter().map(|(_, event)| of(event)));
-    let count = |of: fn(&Record) -> u64| counts(rows.iter().map(|(trip, _)| of(trip)));
+    let number = |value_of: fn(&ChargingEvent) -> f64| {
+        numbers(rows.iter().map(|(_, event)| value_of(event)))
+    };
+    let count = |value_of: fn(&Record) -> u64| counts(rows.iter().map(|(trip, _)| value_of(trip)));
     let by_the_clock = rows.iter().map(|(trip, event)| trip.departure_s_of_year + event.begin_s);
     table(vec![
         ("cycle_id", count(|trip| trip.cycle_id)),

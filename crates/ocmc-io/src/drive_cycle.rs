@@ -95,7 +95,7 @@ pub fn read_with_account(
     let (mut time_s, mut speed_mps, mut sine) =
         (Vec::<f64>::new(), Vec::<f64>::new(), Vec::<f64>::new());
     let (mut altitude_m, mut position_m) = (Vec::<f64>::new(), Vec::<f64>::new());
-    let of = |time_s, speed_mps, sine| {
+    let cycle_of = |time_s, speed_mps, sine| {
         DriveCycle::new(time_s, speed_mps, sine)
             .map_err(|error| TableError::of(source.path(), Fault::DriveCycle(error)))
     };
@@ -112,7 +112,7 @@ pub fn read_with_account(
         // what is no cycle already is not read to its end; the last row alone may last for no time
         match time_s[..] {
             [.., a, b, _] if b <= a => {
-                of(time_s.clone(), speed_mps.clone(), sine.clone()).map(drop)
+                cycle_of(time_s.clone(), speed_mps.clone(), sine.clone()).map(drop)
             }
             _ => Ok(()),
         }
@@ -138,7 +138,7 @@ pub fn read_with_account(
     let steps_m = way_m.windows(2).map(|pair| pair[1] - pair[0]);
     let slopes = steps_m.zip(sine.iter().skip(1).copied());
     account.judged(source.path(), slope::judge(slopes, account.has_slope_with_unit()))?;
-    let cycle = of(time_s, speed_mps, sine)?;
+    let cycle = cycle_of(time_s, speed_mps, sine)?;
     let Some(finding) = sampling::judge(&cycle, STEP_S) else { return Ok((cycle, account)) };
     account.findings.push(finding);
     // a small file may last for years
@@ -158,10 +158,10 @@ fn of_track(source: Source, mappings: &[Mapping]) -> Result<(DriveCycle, FileAcc
         [Quantity::Time, Quantity::Speed, Quantity::Altitude].map(column);
     let known = |k: &usize| time_s[*k].is_finite() && speed_mps[*k].is_finite();
     let rows: Vec<usize> = (0..time_s.len()).filter(known).collect();
-    let of = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+    let selected = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
     let start_s = rows.first().map_or(0.0, |row| time_s[*row]);
-    let at_s: Vec<f64> = of(time_s).iter().map(|time_s| time_s - start_s).collect();
-    let speed_mps = of(speed_mps);
+    let at_s: Vec<f64> = selected(time_s).iter().map(|time_s| time_s - start_s).collect();
+    let speed_mps = selected(speed_mps);
     let way_m = way_of(&at_s, &speed_mps);
     let heights: Vec<(f64, f64)> = way_m
         .iter()

@@ -142,24 +142,24 @@ pub fn has_limits(path: &Path, mappings: &[Mapping]) -> bool {
 /// # Errors
 /// Where a folder cannot be read.
 pub fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    collect(folder, MOST_DEEP, &mut found)?;
-    Ok(found)
+    let mut paths = Vec::new();
+    collect(folder, MOST_DEEP, &mut paths)?;
+    Ok(paths)
 }
 
-fn collect(folder: &Path, deep: usize, found: &mut Vec<PathBuf>) -> io::Result<()> {
+fn collect(folder: &Path, deep: usize, paths: &mut Vec<PathBuf>) -> io::Result<()> {
     let entries = fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path()));
-    let mut paths = entries.collect::<io::Result<Vec<PathBuf>>>()?;
-    paths.sort();
-    for path in paths {
+    let mut entries = entries.collect::<io::Result<Vec<PathBuf>>>()?;
+    entries.sort();
+    for path in entries {
         let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes()[0] == b'.');
         if is_hidden {
             continue;
         }
         if !path.is_dir() {
-            found.push(path);
+            paths.push(path);
         } else if deep > 0 {
-            collect(&path, deep - 1, found)?;
+            collect(&path, deep - 1, paths)?;
         }
     }
     Ok(())
@@ -224,8 +224,8 @@ mod tests {
         fs::create_dir(folder.path().join("0")).unwrap();
         fs::write(folder.path().join("0/z.csv"), "").unwrap();
         fs::write(folder.path().join(".hidden"), "").unwrap();
-        let found = files(folder.path()).unwrap();
-        assert!(found.len() == 13 && found[0].ends_with("z.csv"), "{found:?}");
+        let paths = files(folder.path()).unwrap();
+        assert!(paths.len() == 13 && paths[0].ends_with("z.csv"), "{paths:?}");
     }
 
     #[test]

@@ -128,8 +128,8 @@ pub fn consumption_column(
     mappings: &[Mapping],
 ) -> Result<Option<String>, TableError> {
     let file = Table::open(source, &FLEET, mappings)?;
-    let mut found = file.names().iter().filter(|name| trip::is_consumption(name));
-    Ok(match (found.next(), found.next()) {
+    let mut columns = file.names().iter().filter(|name| trip::is_consumption(name));
+    Ok(match (columns.next(), columns.next()) {
         (Some(name), None) => Some(name.clone()),
         _ => None,
     })
@@ -168,13 +168,13 @@ mod tests {
         let text = "vehicle_id,driver,outcome,consumption_l_per_100km,\
                     distance_m,departure_s_of_year\n\
                     7,x,completed,31.5,1000,0\n7,,stalled,,2000,86400\n";
-        let found = table(text, Some("distance_m"), true).unwrap();
-        assert_eq!(found.truck, ["7", "7"]);
-        assert_eq!(found.driver.unwrap(), ["x", ""]);
-        assert!(found.value[0] == 31.5 && found.value[1].is_nan());
-        assert_eq!(found.weight.unwrap(), [1000.0, 2000.0]);
-        assert_eq!(found.departure_s_of_year.unwrap(), [0.0, 86_400.0]);
-        assert_eq!(found.completed.unwrap(), [true, false]);
+        let records = table(text, Some("distance_m"), true).unwrap();
+        assert_eq!(records.truck, ["7", "7"]);
+        assert_eq!(records.driver.unwrap(), ["x", ""]);
+        assert!(records.value[0] == 31.5 && records.value[1].is_nan());
+        assert_eq!(records.weight.unwrap(), [1000.0, 2000.0]);
+        assert_eq!(records.departure_s_of_year.unwrap(), [0.0, 86_400.0]);
+        assert_eq!(records.completed.unwrap(), [true, false]);
         let plain = table("truck,consumption_l_per_100km\na,30\n", None, false).unwrap();
         assert!(plain.driver.is_none() && plain.weight.is_none() && plain.completed.is_none());
     }

@@ -34,9 +34,9 @@ pub fn label(column: &str) -> (&str, f64) {
 /// factor to it.
 pub fn measured(column: &str) -> (String, &str, f64) {
     for declared in CARRIERS {
-        let of = [(declared.consumption.name, ""), (declared.per_tonne.name, ", by tonne")];
-        if let Some(place) = of.iter().position(|(name, _)| *name == column) {
-            let words = format!("{} consumption{}", declared.name, of[place].1);
+        let names = [(declared.consumption.name, ""), (declared.per_tonne.name, ", by tonne")];
+        if let Some(place) = names.iter().position(|(name, _)| *name == column) {
+            let words = format!("{} consumption{}", declared.name, names[place].1);
             return (words, declared.labels[place], 1.0);
         }
     }
@@ -110,7 +110,7 @@ const ROUNDING_J: f64 = 1.0;
 /// none where that is not worth a word.
 pub fn saturation(summary: &Summary) -> Option<String> {
     let saturation = &summary.saturation;
-    let (cycles, of) = (grouped(saturation.cycles), grouped(summary.cycles));
+    let (cycles, all_cycles) = (grouped(saturation.cycles), grouped(summary.cycles));
     let limited_s = saturation.limited_s.unwrap_or(0.0);
     let missing_j = saturation.missing_energy_j.unwrap_or(0.0);
     let share = saturation.outside_map_share();
@@ -121,13 +121,13 @@ pub fn saturation(summary: &Summary) -> Option<String> {
         return outside.map(|part| {
             format!(
                 "Beyond the points of the powertrain's maps: {part} was taken there,\n\
-                 in {cycles} of {of} cycles."
+                 in {cycles} of {all_cycles} cycles."
             )
         });
     }
     let mut text = format!(
-        "Saturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at \
-         the wheels",
+        "Saturated in {cycles} of {all_cycles} cycles: {} s at the powertrain's limit, \
+         {} kWh missing at the wheels",
         rounded(limited_s),
         rounded(missing_j / 3.6e6),
     );

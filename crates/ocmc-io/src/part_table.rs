@@ -69,9 +69,9 @@ fn route_table(routes: &[RouteSummary]) -> Option<PartTable> {
 fn part_table(parts: &[FleetPart], axis: Axis) -> Option<PartTable> {
     let of_axis = || parts.iter().filter(|part| part.axis == axis && part.distance_m > 0.0);
     let first = of_axis().next()?;
-    let share = |part: &FleetPart, of: &dyn Fn(&FleetPart) -> f64| {
-        let whole: f64 = of_axis().map(of).sum();
-        if whole == 0.0 { "-".to_owned() } else { percent(of(part) / whole) }
+    let share = |part: &FleetPart, value_of: &dyn Fn(&FleetPart) -> f64| {
+        let whole: f64 = of_axis().map(value_of).sum();
+        if whole == 0.0 { "-".to_owned() } else { percent(value_of(part) / whole) }
     };
     let mut columns = ["way %", "time %", "traction %"].map(str::to_owned).to_vec();
     for taken in &first.taken {

@@ -89,15 +89,15 @@ fn append_log(
             limit_mps: column(Quantity::Limit),
         };
         let place = log.place(drive);
-        let found = match accelerations(&series, options) {
-            Ok(found) => found,
+        let logged = match accelerations(&series, options) {
+            Ok(logged) => logged,
             Err(source) => {
                 left_out.push((place, source));
                 continue;
             }
         };
-        notes.extend(drive_notes(&place, &found));
-        for (category, acceleration) in found.changes {
+        notes.extend(drive_notes(&place, &logged));
+        for (category, acceleration) in logged.changes {
             table.driver.push(drive.driver.clone());
             table.category.push(category);
             table.acceleration_mps2.push(acceleration);
@@ -113,15 +113,15 @@ fn append_log(
 }
 
 /// Notes on parts of a drive that were not used.
-fn drive_notes(place: &str, found: &LoggedChanges) -> Vec<String> {
-    let mut notes = row_notes(place, &found.rows);
+fn drive_notes(place: &str, logged: &LoggedChanges) -> Vec<String> {
+    let mut notes = row_notes(place, &logged.rows);
     notes.extend(counted(
         place,
         [
-            (found.rows.gaps, "gap", "in time: no window reaches over one"),
-            (found.without_limit, "row", "without a possible speed limit: the one before holds"),
+            (logged.rows.gaps, "gap", "in time: no window reaches over one"),
+            (logged.without_limit, "row", "without a possible speed limit: the one before holds"),
             (
-                found.without_window,
+                logged.without_window,
                 "change",
                 "of the limit without enough rows around it: left out",
             ),

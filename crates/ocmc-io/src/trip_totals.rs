@@ -169,21 +169,21 @@ fn read_row(row: &Row, amount: Amount, says_full: bool) -> Result<Read, TableErr
 /// Names rows that are the same as one before: truck, date, distance and amount.
 fn doubled(rows: &[Read]) -> Option<Finding> {
     let mut seen = BTreeMap::new();
-    let mut found = Vec::new();
+    let mut pairs = Vec::new();
     for row in rows {
         let TripTotal { truck, distance_m, amount, gross_kg, driving_s, .. } = &row.total;
         let numbers =
             [distance_m, amount, gross_kg, driving_s, &row.odometer_m].map(|x| x.to_bits());
         let key = (truck.as_str(), row.date.as_str(), numbers);
         match seen.entry(key) {
-            Entry::Occupied(first) => found.push((*first.get(), row.total.place)),
+            Entry::Occupied(first) => pairs.push((*first.get(), row.total.place)),
             Entry::Vacant(place) => {
                 place.insert(row.total.place);
             }
         }
     }
-    let (first, second) = found.first()?;
-    let count = found.len();
+    let (first, second) = pairs.first()?;
+    let count = pairs.len();
     let text = format!(
         "{count} of {} rows are the same as one before, first that in {second} as that in {first}",
         rows.len()
@@ -237,9 +237,9 @@ mod tests {
     fn trips_in_the_units_of_their_columns() {
         let text = "truck,date,km,litres,gross_weight_t,driving_h\n\
                     a,2024-03-01,100,30,30,1.5\na,2024-03-02,,30,30,1.5\n";
-        let (found, account) = table(text).unwrap();
-        assert_eq!((found.rows.len(), found.left_out, found.amount), (1, 1, Amount::Litres));
-        let row = &found.rows[0];
+        let (totals, account) = table(text).unwrap();
+        assert_eq!((totals.rows.len(), totals.left_out, totals.amount), (1, 1, Amount::Litres));
+        let row = &totals.rows[0];
         assert_eq!((row.distance_m, row.gross_kg, row.driving_s), (1e5, 3e4, 5400.0));
         assert!((row.amount - 30.0).abs() < 1e-12 && row.climb_m.is_nan());
         assert!(account.findings.is_empty(), "{:?}", account.findings);
@@ -253,15 +253,15 @@ mod tests {
     fn a_german_table_is_read_as_it_is() {
         let text = "Kennzeichen;Fahrer;Datum;km;Liter;Gesamtgewicht [t];Fahrzeit [h]\n\
                     A;X;01.03.2024;312,4;98,2;31,2;4,5\n";
-        let (found, _) = table(text).unwrap();
-        let row = &found.rows[0];
+        let (totals, _) = table(text).unwrap();
+        let row = &totals.rows[0];
         assert_eq!((row.distance_m, row.gross_kg, row.driving_s), (312_400.0, 31_200.0, 16_200.0));
         assert!((row.amount - 98.2).abs() < 1e-9 && row.truck == "A" && row.driver == "X");
         let day = row.s_of_year / 86_400.0;
         assert_eq!(day, 59.0, "1 March of a year of 365 days");
         let fills = "Fahrzeug;Kilometerstand;Liter;vollgetankt\nA;1000;300;ja\nA;1600;170;ja\n";
-        let (found, _) = table(fills).unwrap();
-        assert!(found.of_fills && found.rows[0].distance_m == 6e5, "{:?}", found.rows);
+        let (totals, _) = table(fills).unwrap();
+        assert!(totals.of_fills && totals.rows[0].distance_m == 6e5, "{:?}", totals.rows);
     }
 
     #[test]
@@ -269,10 +269,10 @@ mod tests {
         // by hand: 600 km with 90 + 80 L, then 500 km with 150 L; the first fill only starts
         let text = "truck,date,odometer_km,litres,full\na,1,1000,300,yes\na,2,1300,90,no\n\
                     a,3,1600,80,yes\na,4,2100,150,yes\nb,1,70,100,yes\n";
-        let (found, _) = table(text).unwrap();
-        assert!(found.of_fills);
+        let (totals, _) = table(text).unwrap();
+        assert!(totals.of_fills);
         let ways: Vec<(f64, f64)> =
-            found.rows.iter().map(|row| (row.distance_m, libm::round(row.amount))).collect();
+            totals.rows.iter().map(|row| (row.distance_m, libm::round(row.amount))).collect();
         assert_eq!(ways, [(6e5, 170.0), (5e5, 150.0)]);
         let error = table("odometer_km,litres\n1,2\n").unwrap_err().to_string();
         assert!(error.contains("no column for the truck"), "{error}");
@@ -281,8 +281,8 @@ mod tests {
     #[test]
     fn a_row_that_is_twice_is_named() {
         let text = "truck,date,km,litres\na,1,100,30\na,2,90,31\na,1,100,30\n";
-        let (found, account) = table(text).unwrap();
-        assert_eq!(found.rows.len(), 3);
+        let (totals, account) = table(text).unwrap();
+        assert_eq!(totals.rows.len(), 3);
         let text = account.findings[0].to_string();
         assert!(text.contains("line 4") && text.contains("doubled-row"), "{text}");
         for (text, words) in [

@@ -164,7 +164,7 @@ impl Joined {
 
     /// Finding on what was joined, of so many tables.
     fn told(&self, files: usize) -> Option<Finding> {
-        let common = self.hours.values().filter(|(_, of)| *of == files).count();
+        let common = self.hours.values().filter(|(_, count)| *count == files).count();
         let all = self.hours.len();
         let text = format!(
             "joined by time with {}: {all} hours, {common} of them in every file",

@@ -79,11 +79,11 @@ impl Page {
     pub fn serve(port: u16, files: &[PathBuf]) -> Result<Self, PageError> {
         let session = Session::new()?;
         for path in files {
-            let of = |reason: String| PageError::File(path.clone(), reason);
+            let fault = |reason: String| PageError::File(path.clone(), reason);
             let name = path.file_name().and_then(|name| name.to_str());
-            let name = name.ok_or_else(|| of("its name is no text".to_owned()))?;
-            let bytes = std::fs::read(path).map_err(|error| of(error.to_string()))?;
-            session.put(name, &bytes).map_err(|Refusal(_, reason)| of(reason.to_owned()))?;
+            let name = name.ok_or_else(|| fault("its name is no text".to_owned()))?;
+            let bytes = std::fs::read(path).map_err(|error| fault(error.to_string()))?;
+            session.put(name, &bytes).map_err(|Refusal(_, reason)| fault(reason.to_owned()))?;
         }
         std::env::set_current_dir(session.folder())?;
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;

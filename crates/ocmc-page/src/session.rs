@@ -2,7 +2,7 @@
 //! under way.
 
 use crate::http::Refusal;
-use ocmc_api::ask::{Ask, AskRun, Message, ask, keep_run, said};
+use ocmc_api::ask::{Ask, AskRun, Message, ask, keep_run, study_answer};
 use ocmc_api::study::Files;
 use ocmc_api::{Error, Progress, Reported, Watch, report, stored_workbook};
 use std::collections::HashMap;
@@ -179,7 +179,7 @@ impl Session {
 
 fn saved(name: &str, asked: &AskRun, watch: &mut Watch) -> Result<Vec<u8>, String> {
     if name == "study.toml" {
-        let study = said(&asked.study, None, &Session::files());
+        let study = study_answer(&asked.study, None, &Session::files());
         return study.map(|study| study.toml.into_bytes()).map_err(|error| error.to_string());
     }
     let room = tempfile::tempdir().map_err(|error| error.to_string())?;

@@ -114,9 +114,9 @@ pub(crate) fn benchmark<'py>(
         seed: seed_of(seed)?,
         threads: threads_of(threads)?,
     };
-    let found = watched(py, progress, |watch| ocmc_api::benchmark(&request, watch))?;
+    let benchmarked = watched(py, progress, |watch| ocmc_api::benchmark(&request, watch))?;
     if let Some(directory) = &out {
-        found.save(directory).map_err(crate::error::exception)?;
+        benchmarked.save(directory).map_err(crate::error::exception)?;
     }
-    answer(py, &found)
+    answer(py, &benchmarked)
 }

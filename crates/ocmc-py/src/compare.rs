@@ -97,8 +97,8 @@ pub(crate) fn compare<'py>(
     }
     let (column, keep) = (column.map(str::to_owned), out.is_some());
     let request = CompareRequest { studies: studies.to_vec(), plan, column, keep };
-    let found = watched(py, progress, |watch| ocmc_api::compare(&request, watch))?;
-    let saved = out.map_or(Ok(()), |out| found.save(&out, format.unwrap_or_default()));
+    let comparison = watched(py, progress, |watch| ocmc_api::compare(&request, watch))?;
+    let saved = out.map_or(Ok(()), |out| comparison.save(&out, format.unwrap_or_default()));
     saved.map_err(exception)?;
-    answer(py, &found)
+    answer(py, &comparison)
 }

@@ -97,7 +97,7 @@ pub(crate) fn learn<'py>(
         seed: seed_of(seed)?,
         threads: threads_of(threads)?,
     };
-    let found = watched(py, progress, |watch| ocmc_api::learn(&request, watch))?;
-    page.map_or(Ok(()), |page| found.save_page(&page)).map_err(exception)?;
-    answer(py, &found)
+    let learnt = watched(py, progress, |watch| ocmc_api::learn(&request, watch))?;
+    page.map_or(Ok(()), |page| learnt.save_page(&page)).map_err(exception)?;
+    answer(py, &learnt)
 }

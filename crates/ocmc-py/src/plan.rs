@@ -59,9 +59,9 @@ pub(crate) fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
 /// The precision with which a run ends.
 pub(crate) fn precision_of(text: Option<&str>) -> PyResult<Option<Precision>> {
     let wrong = |text, error| format!("`precision` is {text:?}: {error}");
-    let of =
+    let precision =
         |text| ocmc_api::precision(text).map_err(|error| PyValueError::new_err(wrong(text, error)));
-    text.map(of).transpose()
+    text.map(precision).transpose()
 }
 
 pub(crate) fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {

@@ -377,9 +377,9 @@ impl PyStudy {
         let crossed = crossed.map(|n| whole_number(n, "crossed", 2, last)).transpose()?;
         out.as_deref().map_or(Ok(()), check_empty).map_err(exception)?;
         let request = SensitivityRequest { study, plan, column, factors, over, crossed, shapley };
-        let found = watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?;
-        out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
-        answer(py, &found)
+        let effects = watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?;
+        out.map_or(Ok(()), |out| effects.save(&out)).map_err(exception)?;
+        answer(py, &effects)
     }
 
     /// The best that is possible: the least energy for the same road, truck and trip time, and how
@@ -504,9 +504,9 @@ impl PyStudy {
         let against = against.map(|study| study.get().named());
         let column = column.map(str::to_owned);
         let request = DoubtRequest { study: self.named(), against, plan, column };
-        let found = watched(py, progress, |watch| ocmc_api::doubt(&request, watch))?;
-        out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
-        answer(py, &found)
+        let doubted = watched(py, progress, |watch| ocmc_api::doubt(&request, watch))?;
+        out.map_or(Ok(()), |out| doubted.save(&out)).map_err(exception)?;
+        answer(py, &doubted)
     }
 
     /// Values of the study's keys, in a grid or one by one, on the same cycles: the mean of each
@@ -716,8 +716,8 @@ impl PyStudy {
         threads: Option<&Bound<'py, PyAny>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let of = (cycles, trucks, trips);
-        crate::cost::costed(py, self, against, of, (seed, first_cycle, threads), progress)
+        let counts = (cycles, trucks, trips);
+        crate::cost::costed(py, self, against, counts, (seed, first_cycle, threads), progress)
     }
 
     /// The worth of a year's training for the drivers who stand worst in a fleet's records, and how

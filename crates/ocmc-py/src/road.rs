@@ -255,7 +255,7 @@ pub(crate) fn validate<'py>(
         plan: trips_of(trips, seed, threads)?,
         run_in_m,
     };
-    let found = warned(py, progress, |warn, watch| ocmc_api::validate(&request, warn, watch))?;
-    out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
-    answer(py, &found)
+    let validation = warned(py, progress, |warn, watch| ocmc_api::validate(&request, warn, watch))?;
+    out.map_or(Ok(()), |out| validation.save(&out)).map_err(exception)?;
+    answer(py, &validation)
 }

@@ -373,8 +373,9 @@ impl PyRun {
     /// >>> len(run.chargings())
     /// 40
     fn chargings(&self) -> Table {
-        let of = |batch| ocmc_api::chargings_batch(&records(batch).expect("made of records"));
-        let batches = self.records.batches.iter().map(of).collect();
+        let chargings =
+            |batch| ocmc_api::chargings_batch(&records(batch).expect("made of records"));
+        let batches = self.records.batches.iter().map(chargings).collect();
         table_of(batches, || ocmc_api::chargings_batch(&[]).schema())
     }
 

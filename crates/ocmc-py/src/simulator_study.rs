@@ -87,7 +87,7 @@ pub(crate) fn simulator_study<'py>(
         threads,
         identify: gains.then_some(speed_term),
     };
-    let found = watched(py, progress, |watch| ocmc_api::simulator_study(&request, watch))?;
-    out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
-    answer(py, &found)
+    let studied = watched(py, progress, |watch| ocmc_api::simulator_study(&request, watch))?;
+    out.map_or(Ok(()), |out| studied.save(&out)).map_err(exception)?;
+    answer(py, &studied)
 }

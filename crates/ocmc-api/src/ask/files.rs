@@ -190,8 +190,8 @@ fn study(name: &str, files: &Files) -> AccountedFile {
         Ok(Opened::Study(_)) => empty(name, FileKind::Study),
         Ok(Opened::Fleet(groups)) => {
             let names: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();
-            let told = vec![format!("groups: {}", names.join(", "))];
-            AccountedFile { told, ..empty(name, FileKind::Fleet) }
+            let groups = format!("groups: {}", names.join(", "));
+            AccountedFile { told: vec![groups], ..empty(name, FileKind::Fleet) }
         }
         Err(error) => {
             AccountedFile { reason: Some(error.to_string()), ..empty(name, FileKind::Study) }
@@ -233,7 +233,7 @@ fn driven(
     read: FileAccount,
     draw: Vec<Draw>,
 ) -> AccountedFile {
-    let told = account(path, cycle, read);
+    let route = account(path, cycle, read);
     let (position_m, altitude_m) = thinned(&cycle.altitude, SKETCHED).into_iter().unzip();
     let profile = Some(RouteProfile { position_m, altitude_m }).filter(|p| p.position_m.len() > 1);
     let map = places_deg(path).map(|[latitude_deg, longitude_deg]| {
@@ -242,10 +242,10 @@ fn driven(
         RouteMap { latitude_deg, longitude_deg }
     });
     AccountedFile {
-        told: told.told,
-        warnings: told.warnings,
-        length_m: Some(told.length_m),
-        climb_m: Some(told.climb_m).filter(|_| profile.is_some()),
+        told: route.told,
+        warnings: route.warnings,
+        length_m: Some(route.length_m),
+        climb_m: Some(route.climb_m).filter(|_| profile.is_some()),
         profile,
         map,
         route: Some(RouteEntry { file: name.to_owned(), draw }),

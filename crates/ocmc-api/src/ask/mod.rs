@@ -37,12 +37,12 @@ pub use files::{AccountedFile, FileKind, FilesAnswer, RouteEntry, RouteMap, Rout
 pub use message::{AskAnswer, Message, Reply, VERSION};
 use ocmc_core::record::Record;
 pub use question::{
-    Ask, AskCalibrateTotals, AskCompare, AskFiles, AskPair, AskPlan, AskRun, AskSaid,
-    AskSensitivity, AskSize, AskStudy, AskSweep, AskTrip, AskedStudy, GivenStudy, StudySource,
+    Ask, AskCalibrateTotals, AskCompare, AskFiles, AskPair, AskPlan, AskRun, AskSensitivity,
+    AskSize, AskStudy, AskStudyText, AskSweep, AskTrip, AskedStudy, GivenStudy, StudySource,
 };
 pub use schema::ask_schema;
 use std::path::{Path, PathBuf};
-pub use study::{StudyAnswer, said};
+pub use study::{StudyAnswer, study_answer};
 pub use trip::TripAnswer;
 use trip::trip;
 
@@ -77,12 +77,12 @@ fn ask_known(
     watch: &mut Watch,
 ) -> Result<Reply, Error> {
     let mut warnings = Vec::new();
-    let mut of = |study: &AskedStudy| {
+    let mut load = |study: &AskedStudy| {
         let loaded = opened(study, files)?;
         warnings.extend(loaded.warnings());
         Ok::<_, Error>(loaded)
     };
-    let mut named = |study: &AskedStudy| Ok::<_, Error>((study.name(), of(study)?));
+    let mut named = |study: &AskedStudy| Ok::<_, Error>((study.name(), load(study)?));
     let answer = match question {
         Ask::Run(asked) => return run_of(asked, files, known, watch),
         Ask::Compare(AskCompare { studies, plan, column }) => {
@@ -163,8 +163,8 @@ fn ask_known(
         Ask::Files(AskFiles { files: names }) => {
             AskAnswer::Files(accounted(names.as_deref(), files)?)
         }
-        Ask::Study(AskSaid { study, against }) => {
-            AskAnswer::Study(said(study, against.as_ref(), files)?)
+        Ask::Study(AskStudyText { study, against }) => {
+            AskAnswer::Study(study_answer(study, against.as_ref(), files)?)
         }
         Ask::Trip(AskTrip { study, cycle, seed }) => {
             let one = AskPlan { cycles: Some(1), first_cycle: *cycle, ..AskPlan::default() };

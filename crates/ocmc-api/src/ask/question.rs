@@ -32,7 +32,7 @@ pub enum Ask {
     /// Kinds and contents of files.
     Files(AskFiles),
     /// Contents of a study.
-    Study(AskSaid),
+    Study(AskStudyText),
     /// One trip step by step, as of `ocmc trace`.
     Trip(AskTrip),
     /// A study calibrated to a table of trips, as of `ocmc calibrate totals`.
@@ -258,7 +258,7 @@ pub struct AskFiles {
 /// A study, and perhaps another one that it is compared with.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct AskSaid {
+pub struct AskStudyText {
     /// The study.
     pub study: AskedStudy,
     /// The study of which the differences are told.

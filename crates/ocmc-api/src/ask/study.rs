@@ -31,7 +31,7 @@ pub struct StudyAnswer {
 ///
 /// # Errors
 /// [`Error::Study`] where one of them is none.
-pub fn said(
+pub fn study_answer(
     study: &AskedStudy,
     against: Option<&AskedStudy>,
     files: &Files,

@@ -35,8 +35,8 @@ impl Asked {
         let all = rows.of_table.len();
         let dated = rows.of_table.iter().filter(|row| row.s_of_year.is_finite()).count();
         let has_season = dated as f64 >= DATED * all as f64;
-        let named = |of: fn(&TripTotal) -> &String| {
-            2 * rows.of_table.iter().filter(|row| !of(row).is_empty()).count() > all
+        let named = |text_of: fn(&TripTotal) -> &String| {
+            2 * rows.of_table.iter().filter(|row| !text_of(row).is_empty()).count() > all
         };
         let (has_trucks, has_drivers) = (named(|row| &row.truck), named(|row| &row.driver));
         let counts = |row: &TripTotal| {
@@ -105,14 +105,15 @@ impl Asked {
         let sd: Vec<f64> = self.trips.iter().map(|trip| expectation.sd_of(trip)).collect();
         let near = near_rows(&ln_ratio, &columns, &group, &sd);
         let kept: Vec<usize> = (0..near.len()).filter(|k| near[*k]).collect();
-        let of = |values: &[f64]| -> Vec<f64> { kept.iter().map(|k| values[*k]).collect() };
+        let kept_values =
+            |values: &[f64]| -> Vec<f64> { kept.iter().map(|k| values[*k]).collect() };
         let truck: Vec<usize> = kept.iter().map(|k| group[*k]).collect();
         let count = truck.iter().collect::<BTreeSet<_>>().len();
         let mut remarks = Vec::new();
-        let own = own_slopes(&of, &columns, &ln_ratio, &truck, count);
+        let own = own_slopes(&kept_values, &columns, &ln_ratio, &truck, count);
         let all_columns = columns;
         let columns: Vec<Vec<f64>> =
-            own.columns.iter().map(|place| of(&all_columns[*place])).collect();
+            own.columns.iter().map(|place| kept_values(&all_columns[*place])).collect();
         if self.known.contains(&Covariate::Season) && !self.tells_season() {
             remarks.push(
                 "the dates are not spread over the year: the season is the study's alone"
@@ -127,9 +128,9 @@ impl Asked {
             );
         }
         let rows: Vec<TripTotal> = kept.iter().map(|k| self.rows[*k].clone()).collect();
-        let ln_ratio_kept = of(&ln_ratio);
+        let ln_ratio_kept = kept_values(&ln_ratio);
         let by_driver = !self.has_trucks && self.has_drivers;
-        let variances = variances(&ln_ratio_kept, &columns, &truck, &of(&sd));
+        let variances = variances(&ln_ratio_kept, &columns, &truck, &kept_values(&sd));
         let table = FleetTable {
             truck: rows.iter().map(|row| self.member(row).to_owned()).collect(),
             driver: (self.has_trucks && self.has_drivers)
@@ -178,8 +179,8 @@ impl Asked {
             place: self.rows[k].place.to_string(),
             ratio: libm::exp(ln_ratio[k] - mean),
         });
-        let number = |of: fn(&TripTotal) -> &String, is: bool| {
-            is.then(|| rows.iter().map(of).collect::<BTreeSet<_>>().len())
+        let number = |text_of: fn(&TripTotal) -> &String, is: bool| {
+            is.then(|| rows.iter().map(text_of).collect::<BTreeSet<_>>().len())
         };
         Ok(BenchmarkAnswer {
             study: String::new(),
@@ -191,13 +192,13 @@ impl Asked {
             of_fills: false,
             trucks: number(|row| &row.truck, self.has_trucks),
             drivers: number(|row| &row.driver, self.has_drivers),
-            measured: libm::exp(mean_of(&of(&self.measured))),
-            expected: libm::exp(mean_of(&of(&expected))),
+            measured: libm::exp(mean_of(&kept_values(&self.measured))),
+            expected: libm::exp(mean_of(&kept_values(&expected))),
             ratio: libm::exp(mean),
             ratio_ci95: levels.as_ref().map(|l| [l.mean[1], l.mean[2]].map(libm::exp)),
             expected_sd: expectation.sd,
             trip_sd: levels.as_ref().map(|levels| levels.trip_sd),
-            measured_sd_between: between(&of(&self.measured)),
+            measured_sd_between: between(&kept_values(&self.measured)),
             unexplained_sd_between: between(&adjusted),
             adjusted_for: self.adjusted_for(
                 expectation,
@@ -275,11 +276,11 @@ impl Asked {
         };
         let one = |(covariate, range): (Covariate, Range<usize>)| {
             let moved = |(k, x): &(usize, Vec<f64>)| -> f64 {
-                let of = |place: usize| {
+                let effect_of = |place: usize| {
                     let by_study = expectation.slopes.get(place).map_or(0.0, |s| s * x[place]);
                     by_study + own_of(place).map_or(0.0, |slope| slope * columns[place][*k])
                 };
-                range.clone().map(of).sum()
+                range.clone().map(effect_of).sum()
             };
             let moved: Vec<f64> = rows.iter().map(moved).collect();
             let by_table = range.clone().any(|place| own_of(place).is_some());
@@ -296,18 +297,18 @@ impl Asked {
 
 /// The columns that have slopes of their own within trucks, and these; none of few rows.
 fn own_slopes(
-    of: &dyn Fn(&[f64]) -> Vec<f64>,
+    kept_values: &dyn Fn(&[f64]) -> Vec<f64>,
     columns: &[Vec<f64>],
     ln_ratio: &[f64],
     truck: &[usize],
     count: usize,
 ) -> WithinGroups {
-    let kept: Vec<Vec<f64>> = columns.iter().map(|column| of(column)).collect();
+    let kept: Vec<Vec<f64>> = columns.iter().map(|column| kept_values(column)).collect();
     let n = truck.len();
     if n < count + ROWS_A_SLOPE * kept.len().max(1) {
         return WithinGroups { columns: Vec::new(), slopes: Vec::new() };
     }
-    WithinGroups::fit(&of(ln_ratio), &kept, truck, &vec![true; n])
+    WithinGroups::fit(&kept_values(ln_ratio), &kept, truck, &vec![true; n])
 }
 
 /// Numbers drivers in the order in which they come.

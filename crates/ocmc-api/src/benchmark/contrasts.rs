@@ -86,22 +86,24 @@ impl Rows<'_> {
     fn one(&self, [what, against]: [String; 2], kinds: &[Option<bool>]) -> Compared {
         let kept: Vec<usize> = (0..kinds.len()).filter(|k| kinds[*k].is_some()).collect();
         let is_of: Vec<bool> = kept.iter().map(|k| kinds[*k] == Some(true)).collect();
-        let of = |values: &[f64]| -> Vec<f64> { kept.iter().map(|k| values[*k]).collect() };
-        let columns: Vec<Vec<f64>> = self.columns.iter().map(|column| of(column)).collect();
+        let kept_values =
+            |values: &[f64]| -> Vec<f64> { kept.iter().map(|k| values[*k]).collect() };
+        let columns: Vec<Vec<f64>> =
+            self.columns.iter().map(|column| kept_values(column)).collect();
         let truck: Vec<usize> = kept.iter().map(|k| self.truck[*k]).collect();
-        let found = contrast(&of(self.ln_ratio), &is_of, &columns, &truck);
+        let contrast = contrast(&kept_values(self.ln_ratio), &is_of, &columns, &truck);
         let with = is_of.iter().filter(|is| **is).count();
         let share = |ln: f64| libm::exp(ln) - 1.0;
         Compared {
             what,
             against,
             trips: [kept.len() - with, with],
-            trucks_of_both: found.as_ref().map_or(0, |found| found.clusters_of_both),
-            is_within_trucks: found.as_ref().is_some_and(|found| found.is_within),
+            trucks_of_both: contrast.as_ref().map_or(0, |contrast| contrast.clusters_of_both),
+            is_within_trucks: contrast.as_ref().is_some_and(|contrast| contrast.is_within),
             is_of_same_routes: self.has_routes,
-            change: found.as_ref().map(|found| share(found.difference)),
-            ci95: found.as_ref().map(|found| found.ci95.map(share)),
-            degrees: found.map(|found| found.degrees),
+            change: contrast.as_ref().map(|contrast| share(contrast.difference)),
+            ci95: contrast.as_ref().map(|contrast| contrast.ci95.map(share)),
+            degrees: contrast.map(|contrast| contrast.degrees),
         }
     }
 }

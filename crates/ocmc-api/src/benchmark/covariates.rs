@@ -224,12 +224,12 @@ fn fitted(rows: &[Vec<f64>], y: &[f64], width: usize) -> Option<(f64, Vec<f64>, 
         };
         match LeastSquares::reduce(rows.len(), 1 + kept.len(), row) {
             Ok(fit) if fit.residual_df() > 0 => {
-                let found = fit.coefficients();
+                let coefficients = fit.coefficients();
                 let mut slopes = vec![0.0; width];
                 for (place, column) in kept.iter().enumerate() {
-                    slopes[*column] = found[1 + place];
+                    slopes[*column] = coefficients[1 + place];
                 }
-                return Some((found[0], slopes, fit.residual_sd()));
+                return Some((coefficients[0], slopes, fit.residual_sd()));
             }
             Err(collinear) if collinear.column > 0 => {
                 kept.remove(collinear.column - 1);

@@ -59,12 +59,12 @@ pub(super) struct Levels {
 impl Levels {
     pub(super) fn of(table: &FleetTable, by_driver: bool, seed: u64) -> Option<Self> {
         let options = FleetOptions { seed, ..FleetOptions::default() };
-        let found = fit(table, &options).ok()?;
+        let fleet_fit = fit(table, &options).ok()?;
         let tests = level_tests(table, &options).ok()?;
         let level = |component: &VarianceComponent| {
             let test = tests.iter().find(|test| test.level == component.level)?;
             let differ = test.p < SIGNIFICANCE && component.sd > 0.0;
-            let league = found.leagues.iter().find(|league| league.level == component.level);
+            let league = fleet_fit.leagues.iter().find(|league| league.level == component.level);
             let league = league.filter(|_| differ);
             Some(BenchmarkLevel {
                 level: if by_driver { "driver" } else { component.level },
@@ -73,31 +73,32 @@ impl Levels {
                 sd_ci95: component.ci95,
                 p: test.p,
                 differ,
-                members: league.map_or_else(Vec::new, |league| members(league, component, &found)),
+                members: league
+                    .map_or_else(Vec::new, |league| members(league, component, &fleet_fit)),
             })
         };
-        let levels = found.components.iter().filter_map(level).collect();
-        let trip = found.components.iter().find(|component| component.level == "trip");
-        let [low, high] = found.mean_ci95;
+        let levels = fleet_fit.components.iter().filter_map(level).collect();
+        let trip = fleet_fit.components.iter().find(|component| component.level == "trip");
+        let [low, high] = fleet_fit.mean_ci95;
         Some(Self {
             all: levels,
             trip_sd: trip.map_or(f64::NAN, |trip| trip.sd),
-            mean: [found.mean, low, high],
-            notes: if by_driver { Vec::new() } else { notes(&found) },
+            mean: [fleet_fit.mean, low, high],
+            notes: if by_driver { Vec::new() } else { notes(&fleet_fit) },
         })
     }
 }
 
 /// Notes of the fit; errors of the SDs are in the intervals here.
-fn notes(found: &FleetFit) -> Vec<String> {
+fn notes(fleet_fit: &FleetFit) -> Vec<String> {
     let is_of_errors = |note: &&String| note.contains("takes it as known");
-    found.notes.iter().filter(|note| !is_of_errors(note)).cloned().collect()
+    fleet_fit.notes.iter().filter(|note| !is_of_errors(note)).cloned().collect()
 }
 
 fn members(
     league: &League,
     component: &VarianceComponent,
-    found: &FleetFit,
+    fleet_fit: &FleetFit,
 ) -> Vec<BenchmarkMember> {
     let log_error = component.standard_error.map_or(0.0, |error| error / component.sd);
     let member = |member: &LeagueMember| {
@@ -109,7 +110,7 @@ fn members(
         BenchmarkMember {
             name: member.label.clone(),
             trips: member.trips,
-            raw_ratio: ratio(member.mean - found.mean),
+            raw_ratio: ratio(member.mean - fleet_fit.mean),
             ratio: ratio(member.effect),
             ci95: [ratio(low), ratio(high)],
             better_than_median: member.better_than_median,

@@ -55,11 +55,11 @@ impl Expectation {
         let members = [Member { scores: Vec::new(), trips: trips.collect() }];
         let known = Known { gross: rows.has_gross(), responses: vec![Response::Consumption] };
         let emulator = Emulator::fit(&members, &known).expect("trips that arrive");
-        let of = |trip: &TotalsRow| {
+        let standardised = |trip: &TotalsRow| {
             let (residual, sd) = emulator.consumption(trip);
             residual / sd
         };
-        let mut residuals: Vec<f64> = members[0].trips.iter().map(of).collect();
+        let mut residuals: Vec<f64> = members[0].trips.iter().map(standardised).collect();
         residuals.sort_by(f64::total_cmp);
         let shift = libm::log(factor.unwrap_or(1.0));
         Self { emulator, residuals, shift, of_level: 1.0 / rows.totals.len() as f64 }

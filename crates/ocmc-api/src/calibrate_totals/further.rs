@@ -24,7 +24,7 @@ pub struct Further {
 }
 
 /// The columns, that which would tell most first.
-pub(super) fn further(found: &Found, driven: &[Driven], rows: &Rows) -> Vec<Further> {
+pub(super) fn further(estimate: &Found, driven: &[Driven], rows: &Rows) -> Vec<Further> {
     let members: Vec<Member> = driven.iter().map(|driven| driven.member.clone()).collect();
     // rows as the design has them
     let count = rows.totals.len();
@@ -36,13 +36,13 @@ pub(super) fn further(found: &Found, driven: &[Driven], rows: &Rows) -> Vec<Furt
         .collect();
     let sds = |emulator: &Emulator| -> Vec<f64> {
         let shared =
-            Shared { discrepancies: emulator.discrepancies(), weight: found.shared.weight };
-        let scores = &found.posterior.scores;
+            Shared { discrepancies: emulator.discrepancies(), weight: estimate.shared.weight };
+        let scores = &estimate.posterior.scores;
         let then = expected(emulator, &invented, &shared, scores);
-        found.questions.iter().map(|(_, question)| then.sd(&question.at(scores).1)).collect()
+        estimate.questions.iter().map(|(_, question)| then.sd(&question.at(scores).1)).collect()
     };
-    let now = sds(&found.emulator);
-    let known = &found.known;
+    let now = sds(&estimate.emulator);
+    let known = &estimate.known;
     let mut candidates = Vec::new();
     if !known.gross {
         candidates.push(("gross_weight_kg", Known { gross: true, ..known.clone() }));
@@ -60,7 +60,7 @@ pub(super) fn further(found: &Found, driven: &[Driven], rows: &Rows) -> Vec<Furt
             let emulator = Emulator::fit(&members, &known)?;
             let ratios = sds(&emulator).into_iter().zip(&now).map(|(then, now)| then / now);
             let best = ratios.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-            let question = found.questions[best.0].0;
+            let question = estimate.questions[best.0].0;
             (best.1 < 1.0 - LEAST_GAIN).then_some(Further { column, question, sd_ratio: best.1 })
         })
         .collect();

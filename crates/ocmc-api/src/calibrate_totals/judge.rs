@@ -43,13 +43,13 @@ pub(super) struct Judged<'a> {
 }
 
 pub(super) fn judge(judged: &Judged) -> Vec<Finding> {
-    let mut found: Vec<Finding> =
+    let mut findings: Vec<Finding> =
         [weights(judged), level(judged), slow(judged), durations(judged), unlike(judged)]
             .into_iter()
             .flatten()
             .collect();
-    found.extend(far(judged));
-    found
+    findings.extend(far(judged));
+    findings
 }
 
 fn weights(Judged { rows, curb_kg, .. }: &Judged) -> Option<Finding> {
@@ -147,13 +147,14 @@ fn unlike(Judged { posterior, .. }: &Judged) -> Option<Finding> {
 fn far(Judged { rows, posterior, .. }: &Judged) -> Option<Finding> {
     let place = rows.responses.iter().position(|response| *response == Response::Consumption)?;
     let all = posterior.residuals.iter().zip(&rows.of_table);
-    let mut found: Vec<_> = all.filter(|(r, _)| r[place].abs() > FAR).collect();
-    found.sort_by(|a, b| b.0[place].abs().total_cmp(&a.0[place].abs()));
-    let (residual, _) = found.first()?;
-    let places: Vec<String> = found.iter().take(5).map(|(_, row)| row.place.to_string()).collect();
+    let mut outliers: Vec<_> = all.filter(|(r, _)| r[place].abs() > FAR).collect();
+    outliers.sort_by(|a, b| b.0[place].abs().total_cmp(&a.0[place].abs()));
+    let (residual, _) = outliers.first()?;
+    let places: Vec<String> =
+        outliers.iter().take(5).map(|(_, row)| row.place.to_string()).collect();
     let text = format!(
         "{} of {} rows are far from all others, the first by {} SDs: {}",
-        found.len(),
+        outliers.len(),
         rows.totals.len(),
         rounded(residual[place].abs()),
         places.join(", ")

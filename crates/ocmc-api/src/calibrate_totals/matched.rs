@@ -84,7 +84,8 @@ impl Matched {
             let (mut by, mut tolerances) = (Vec::new(), Vec::new());
             if let Some(target) = target {
                 let (shape, sorted) = Shape::of(quantity, &trips);
-                let over_mean = |of: &Shape| [of.p5, of.p95].map(|quantile| quantile / of.mean);
+                let over_mean =
+                    |shape: &Shape| [shape.p5, shape.p95].map(|quantile| quantile / shape.mean);
                 let [low, high] = *wanted.get_or_insert_with(|| {
                     let relative = target.rows.times(shape.mean / target.rows.mean);
                     over_mean(&relative.together(&shape, &sorted, target.count))
@@ -99,9 +100,11 @@ impl Matched {
                 let ControlFlow::Continue(after) = drive(&changed, ASKED) else {
                     return Ok(ControlFlow::Break(()));
                 };
-                let Some(found) = change(quantity, &trips[..after.len()], &after) else { continue };
+                let Some(reached) = change(quantity, &trips[..after.len()], &after) else {
+                    continue;
+                };
                 numbers.push(emulator.clone());
-                by.push(asked - found);
+                by.push(asked - reached);
                 tolerances.push(TOLERANCES[1]);
             }
             let moved = posterior.moved(&nearest, &numbers, &by, &tolerances, |k| takes_part[k]);
@@ -129,8 +132,8 @@ fn quantiles(members: &[Driven]) -> [MemberEmulator; 2] {
     });
     let shapes: Vec<Shape> = shapes.collect();
     let scores: Vec<Vec<f64>> = members.iter().map(|d| d.member.scores.clone()).collect();
-    let over_scores = |of: fn(&Shape) -> f64| {
-        let numbers: Vec<f64> = shapes.iter().map(|s| libm::log(of(s) / s.mean)).collect();
+    let over_scores = |value_of: fn(&Shape) -> f64| {
+        let numbers: Vec<f64> = shapes.iter().map(|s| libm::log(value_of(s) / s.mean)).collect();
         MemberEmulator::fit(&scores, &numbers)
     };
     [over_scores(|s| s.p5), over_scores(|s| s.p95)]

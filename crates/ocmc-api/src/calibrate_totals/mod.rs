@@ -202,19 +202,19 @@ pub(crate) fn calibrated(
             }
             done += TRIPS + ASKED * questions.len() as u64;
         }
-        let found = Found::of(&design, &members, &questions);
+        let estimate = Found::of(&design, &members, &questions);
         // ways between fills hold several trips: their quantiles are not those of trips
         let target = (!table.of_fills).then(|| Target {
             rows: Shape::of_each(&rows.lengths(), rows.without_noise(noise)),
-            count: found.effective_rows,
+            count: estimate.effective_rows,
         });
         let matched = Matched::new(
             &design,
             &members,
-            &found.posterior,
+            &estimate.posterior,
             quantity,
             target.as_ref(),
-            &found.questions,
+            &estimate.questions,
             &mut |n| look(done + n),
         );
         let judged = design.at(&vec![0.0; design.entries.len()]);
@@ -224,28 +224,28 @@ pub(crate) fn calibrated(
         };
         let plan = design.plan(CHECKED_FIRST, LEVELLED);
         let before = records(&judged.study, &plan, |n| look(total - LEVELLED + n))?;
-        ControlFlow::Continue(Ok((members, found, matched, before)))
+        ControlFlow::Continue(Ok((members, estimate, matched, before)))
     })?;
-    let (members, found, matched, before) = driven?;
+    let (members, estimate, matched, before) = driven?;
     let Matched { scores, study: calibrated, trips: after, shape } = matched;
     let has_factor = model.to_tree().pointer(written::FACTOR_POINTER).is_some();
     let factor = has_factor.then_some(table_shape.mean / shape.mean);
     let simulated = shape.times(factor.unwrap_or(1.0));
     let before = Shape::of(quantity, &before).0.mean;
-    let written = Written { design: &design, posterior: &found.posterior, scores: &scores };
+    let written = Written { design: &design, posterior: &estimate.posterior, scores: &scores };
     let part: FittedPart = written.part(study, &calibrated, factor.unwrap_or(1.0));
     let all: Vec<Member> = members.iter().map(|driven| driven.member.clone()).collect();
     let judged = Judged {
         table: &table,
         rows: &rows,
-        posterior: &found.posterior,
+        posterior: &estimate.posterior,
         curb_kg,
         level: [table_shape.mean, before],
         breaks: sign_of_breaks(&all, &rows.totals),
         unit: label(quantity.column).0,
     };
     account.findings.extend(judge(&judged));
-    let further = further(&found, &members, &rows);
+    let further = further(&estimate, &members, &rows);
     let (trucks, drivers) = counted(&rows);
     let warnings = account.warnings().into_iter().chain(part.warnings()).collect();
     let expectation = Expectation::new(&rows, &after, quantity, (noise, *seed), factor, curb_kg);
@@ -254,16 +254,16 @@ pub(crate) fn calibrated(
         left_out: table.left_out + rows.incomplete,
         trucks,
         drivers,
-        effective_rows: found.effective_rows,
+        effective_rows: estimate.effective_rows,
         of_fills: table.of_fills,
         column: quantity.column.to_owned(),
-        known: found.known_words(),
+        known: estimate.known_words(),
         table: table_shape,
         simulated,
         before,
         factor,
         numbers: written.numbers(study, factor.unwrap_or(1.0)),
-        questions: found.questioned(),
+        questions: estimate.questioned(),
         further,
         study: part.json(),
         standing: standing(&rows, trucks, table.of_fills, trips),
@@ -336,12 +336,12 @@ impl Found {
 
     fn known_words(&self) -> Vec<&'static str> {
         let gross = self.known.gross.then_some("gross weight");
-        let of = |response: &Response| match response {
+        let word_of = |response: &Response| match response {
             Response::Climb => "climb",
             Response::Speed => "driving time",
             Response::Consumption => "consumption",
         };
-        gross.into_iter().chain(self.known.responses.iter().map(of)).collect()
+        gross.into_iter().chain(self.known.responses.iter().map(word_of)).collect()
     }
 }
 
@@ -351,8 +351,8 @@ fn effective_rows(rows: &Rows, first: &Posterior) -> f64 {
     let n = rows.totals.len() as f64;
     let place = rows.responses.iter().position(|response| *response == Response::Consumption);
     let Some(place) = place else { return n };
-    let names = |of: fn(&TripTotal) -> &String| {
-        rows.of_table.iter().map(|row| of(row).clone()).collect::<Vec<String>>()
+    let names = |text_of: fn(&TripTotal) -> &String| {
+        rows.of_table.iter().map(|row| text_of(row).clone()).collect::<Vec<String>>()
     };
     let driver = names(|row| &row.driver);
     let table = FleetTable {
@@ -362,9 +362,9 @@ fn effective_rows(rows: &Rows, first: &Posterior) -> f64 {
         ..FleetTable::default()
     };
     let options = FleetOptions { draws: 1, ..FleetOptions::default() };
-    let Ok(found) = fit(&table, &options) else { return n };
-    let variance: f64 = found.components.iter().map(|c| c.sd * c.sd).sum();
-    let error = found.mean_standard_error;
+    let Ok(fleet_fit) = fit(&table, &options) else { return n };
+    let variance: f64 = fleet_fit.components.iter().map(|c| c.sd * c.sd).sum();
+    let error = fleet_fit.mean_standard_error;
     (variance / (error * error)).clamp(1.0, n)
 }
 

@@ -80,8 +80,8 @@ mod tests {
     fn few_rows_leave_the_study_and_many_replace_it() {
         // a uniform law from 0.5 to 1.5: its density is 1
         let trips: Vec<f64> = (0..=1000).map(|k| 0.5 + f64::from(k) / 1000.0).collect();
-        let of = |p5: f64, p95: f64| Shape { mean: 1.0, p5, p95 };
-        let (rows, study) = (of(0.6, 1.5), of(0.5, 1.4));
+        let shape = |p5: f64, p95: f64| Shape { mean: 1.0, p5, p95 };
+        let (rows, study) = (shape(0.6, 1.5), shape(0.5, 1.4));
         let together = |n| rows.together(&study, &trips, n);
         assert!(together(2.0).p5 < 0.52 && together(1e5).p5 > 0.599);
         // by hand: 0.05 × 0.95/53 = 0.03²: both count the same

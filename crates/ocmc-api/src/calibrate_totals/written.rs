@@ -137,8 +137,8 @@ impl Written<'_> {
             Some(Estimate { key: number.path.clone(), value: value.as_f64()?, standard_error })
         });
         let correlation = |a: &str, b: &str| {
-            let of = |path: &str| numbers.iter().find(|(_, number)| number.path == path);
-            let (Some((i, a)), Some((j, b))) = (of(a), of(b)) else { return 0.0 };
+            let entry = |path: &str| numbers.iter().find(|(_, number)| number.path == path);
+            let (Some((i, a)), Some((j, b))) = (entry(a), entry(b)) else { return 0.0 };
             let covariance = self.posterior.covariance[(*i, *j)];
             let sign = a.slope.signum() * b.slope.signum();
             KEPT * sign * covariance / (self.sd(*i) * self.sd(*j))

@@ -129,7 +129,8 @@ impl CompareAnswer {
             .iter()
             .skip(1)
             .map(|other| {
-                let pairs = |of| paired_values(&of, &self.kept[0].records, &other.records);
+                let pairs =
+                    |quantity| paired_values(&quantity, &self.kept[0].records, &other.records);
                 self.quantity().map_or_else(Vec::new, pairs)
             })
             .collect();

@@ -132,12 +132,12 @@ pub(crate) fn compare_known(
     let cycles = cycles_of(&all, plan) + of_pairs;
     let (Compared { comparisons: compared, fleets }, judged) = watched(cycles, watch, |look| {
         let (quantity, all) = (quantity.as_ref(), all.as_slice());
-        let found = match known {
+        let comparisons = match known {
             Some(driven) => compare_driven(all, plan, quantity, driven, &mut *look)?,
             None => compare_fleets(all, plan, quantity, &mut *look)?,
         };
-        let judged = judged(&found, quantity, &pairs, plan, look)?;
-        ControlFlow::Continue((found, judged))
+        let judged = judged(&comparisons, quantity, &pairs, plan, look)?;
+        ControlFlow::Continue((comparisons, judged))
     })?;
     let wall_s = clock.elapsed().as_secs_f64();
     let by_wheels = compared.iter().all(|comparison| comparison.column == WHEEL);
@@ -179,20 +179,20 @@ fn judged(
 ) -> ControlFlow<(), Vec<Option<JudgedDifference>>> {
     let all: Vec<&Study> = pairs.iter().map(|[_, b]| &b.study).collect();
     let mut driven = plan.cycles * (all.len() as u64 + 1);
-    let mut found = Vec::with_capacity(pairs.len());
+    let mut effects = Vec::with_capacity(pairs.len());
     for (k, (pair, comparison)) in pairs.iter().zip(comparisons).enumerate() {
         let fleets = [&*fleets[0], &*fleets[k + 1]];
         let known =
             asked.or_else(|| quantity(&comparison.column).map(|known| known as &NamedQuantity));
         let Some(known) = known else {
-            found.push(None);
+            effects.push(None);
             continue;
         };
         let mut on = |cycles| look(driven + cycles);
-        found.push(of_difference(known, pair, &fleets, plan, &mut on)?);
+        effects.push(of_difference(known, pair, &fleets, plan, &mut on)?);
         driven += cycles_of_difference(pair, plan).1;
     }
-    ControlFlow::Continue(found)
+    ControlFlow::Continue(effects)
 }
 
 /// The quantity of a column that one of the studies has at least.
@@ -281,8 +281,8 @@ fn no_common_consumption(without_fuel: &[String]) -> String {
 /// One comparison in words and numbers.
 fn comparison_text(comparison: &Comparison, names: [&str; 2]) -> String {
     let (label, factor) = label(&comparison.column);
-    let of = if quantity(&comparison.column).is_some() { "fleet" } else { "cycles" };
-    let mut text = format!("{label}, mean of the {of}\n");
+    let kind = if quantity(&comparison.column).is_some() { "fleet" } else { "cycles" };
+    let mut text = format!("{label}, mean of the {kind}\n");
     let mut line = |name: &str, value: &str| {
         let _ = writeln!(text, "  {name:<18} {value}");
     };

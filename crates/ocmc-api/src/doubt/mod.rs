@@ -118,7 +118,7 @@ pub struct DoubtedNumbers {
 /// The roots of sums of squares.
 fn root(squares: impl IntoIterator<Item = Shape>) -> Shape {
     let squares: Vec<Shape> = squares.into_iter().collect();
-    let sum = |of: fn(&Shape) -> f64| effect(squares.iter().map(of));
+    let sum = |value_of: fn(&Shape) -> f64| effect(squares.iter().map(value_of));
     Shape { mean: sum(|s| s.mean), sd: sum(|s| s.sd), p95: sum(|s| s.p95) }
 }
 
@@ -138,10 +138,10 @@ impl<'a> Entry<'a> {
         self.of[0].or(self.of[1])
     }
 
-    fn square(&self, of: fn(&Changes) -> Change) -> f64 {
+    fn square(&self, change_of: fn(&Changes) -> Change) -> f64 {
         match (&self.low, &self.high) {
-            (Some(low), Some(high)) => effect_square(of(low), of(high)),
-            (Some(one), None) | (None, Some(one)) => effect_square(of(one), of(one)),
+            (Some(low), Some(high)) => effect_square(change_of(low), change_of(high)),
+            (Some(one), None) | (None, Some(one)) => effect_square(change_of(one), change_of(one)),
             (None, None) => 0.0,
         }
     }
@@ -201,7 +201,7 @@ pub fn doubt(request: &DoubtRequest, watch: &mut Watch) -> Result<DoubtAnswer, E
     let total = plan.cycles * studies.len() as u64
         + sides * (screened * entries.len() as u64)
         + sides * rest.cycles * entries.len().min(LARGEST) as u64;
-    let (found, driven) = watched(total, watch, |look| {
+    let (effects, driven) = watched(total, watch, |look| {
         let mut driver = Driver { driven: 0, look };
         let mut before = Vec::with_capacity(studies.len());
         for loaded in &studies {
@@ -225,7 +225,7 @@ pub fn doubt(request: &DoubtRequest, watch: &mut Watch) -> Result<DoubtAnswer, E
         let (is, numbers) = asked.found(&entries);
         ControlFlow::Continue(((column, is, numbers), driver.driven))
     })?;
-    let (column, is, numbers) = found;
+    let (column, is, numbers) = effects;
     let together = root(numbers.iter().map(|entry| entry.squares));
     Ok(DoubtAnswer {
         study: name.clone(),
@@ -336,8 +336,8 @@ struct Asked<'a> {
 
 impl Asked<'_> {
     fn dependence(&self) -> Dependence {
-        let of = |study: &&LoadedStudy| Dependence::of(&study.model, self.seed);
-        let all = self.studies.iter().map(of);
+        let dependence_of = |study: &&LoadedStudy| Dependence::of(&study.model, self.seed);
+        let all = self.studies.iter().map(dependence_of);
         all.reduce(Dependence::of_pairs).unwrap_or_default()
     }
 

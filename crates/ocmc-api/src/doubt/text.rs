@@ -47,8 +47,8 @@ pub(super) fn doubt_text(answer: &DoubtAnswer) -> String {
     let head = ["", "low", "high", "low", "high", "low", "high", "share"];
     text.push_str(&row("", &WIDTHS, &head));
     for entry in numbers.iter().take(SHOWN) {
-        let cell = |changes: Option<Changes>, of: fn(&Changes) -> f64| {
-            changes.map_or("-".to_owned(), |changes| signed(of(&changes)))
+        let cell = |changes: Option<Changes>, value_of: fn(&Changes) -> f64| {
+            changes.map_or("-".to_owned(), |changes| signed(value_of(&changes)))
         };
         let (low, high) = (entry.low, entry.high);
         let cells = [

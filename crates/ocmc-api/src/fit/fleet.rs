@@ -271,25 +271,25 @@ impl FleetAnswer {
             short_percent(self.power),
             short_percent(self.significance)
         );
-        let row = |of: &TellingApart| {
-            let trips = of.trips.map_or("never".to_owned(), grouped);
+        let row = |case: &TellingApart| {
+            let trips = case.trips.map_or("never".to_owned(), grouped);
             let mean = self.fit.mean.abs();
-            let told = if mean > 0.0 {
-                format!("{:.2} %", 100.0 * of.difference_in_records / mean)
+            let difference = if mean > 0.0 {
+                format!("{:.2} %", 100.0 * case.difference_in_records / mean)
             } else {
-                rounded(factor * of.difference_in_records)
+                rounded(factor * case.difference_in_records)
             };
             [
-                question(of, self.fit.telling_apart.len() > 1),
+                question(case, self.fit.telling_apart.len() > 1),
                 trips,
-                rounded(of.trips_in_records),
-                told,
+                rounded(case.trips_in_records),
+                difference,
             ]
         };
         let head = ["", "trips", "in the records", "tell apart"];
         let rows = self.fit.telling_apart.iter().map(row);
         text.push_str(&table(&[46, 10, 16, 13], &head, rows));
-        if self.fit.telling_apart.iter().any(|of| of.trips.is_none()) {
+        if self.fit.telling_apart.iter().any(|case| case.trips.is_none()) {
             text.push_str(
                 "never: what the two do not share differs too much; trips do not lower that, more\n\
                  drivers or trucks do.\n",
@@ -300,9 +300,9 @@ impl FleetAnswer {
 
     fn next_year(&self, factor: f64) -> String {
         let next = &self.fit.next_year;
-        let line = |name: &str, of: &Expected| {
-            let trips = grouped(of.trips);
-            [name.to_owned(), trips, with_interval(of.mean, of.ci95, factor)]
+        let line = |name: &str, expected: &Expected| {
+            let trips = grouped(expected.trips);
+            [name.to_owned(), trips, with_interval(expected.mean, expected.ci95, factor)]
         };
         let mut rows = vec![line("the fleet", &next.fleet), line("a new truck", &next.new_truck)];
         let shown = next.trucks.iter().take(MOST_MEMBERS);
@@ -322,19 +322,19 @@ fn short_percent(share: f64) -> String {
 }
 
 /// Two levels that are told apart; `both` where trucks and drivers are two levels.
-fn question(of: &TellingApart, both: bool) -> String {
-    let two = match of.level {
+fn question(case: &TellingApart, both: bool) -> String {
+    let two = match case.level {
         "truck" => "two trucks",
         "driver" => "two drivers",
         _ => "two trucks, each with its driver",
     };
-    let others = of.others;
-    match of.apart {
+    let others = case.others;
+    match case.apart {
         "drivers" if others == 1 => format!("{two}, each with a driver of its own"),
         "drivers" => format!("{two}, each with {others} drivers of its own"),
         "trucks" if others == 1 => format!("{two}, each with a truck of his own"),
         "trucks" => format!("{two}, each with {others} trucks of his own"),
-        _ if of.level == "driver" => format!("{two} on the same trucks"),
+        _ if case.level == "driver" => format!("{two} on the same trucks"),
         _ if both => format!("{two} with the same drivers"),
         _ => two.to_owned(),
     }

@@ -90,9 +90,9 @@ fn estimates<'a>(
     below: &'a str,
     parameters: &'a [StudyParameterFit],
 ) -> impl Iterator<Item = Estimate> + 'a {
-    let estimate = move |found: &StudyParameterFit| {
-        let (key, value) = (format!("{below}.{}", found.key), found.value);
-        Some(Estimate { key, value, standard_error: found.standard_error? })
+    let estimate = move |parameter: &StudyParameterFit| {
+        let (key, value) = (format!("{below}.{}", parameter.key), parameter.value);
+        Some(Estimate { key, value, standard_error: parameter.standard_error? })
     };
     parameters.iter().filter_map(estimate)
 }
@@ -291,7 +291,7 @@ pub fn fit_operating_cycle(
         request;
     let curb_mass_kg = options.curb_mass_kg.or(Some(base.vehicle.curb_mass_kg));
     let options = &RoadOptions { curb_mass_kg, ..options.clone() };
-    let mut found = FoundRoads::default();
+    let mut found_roads = FoundRoads::default();
     let read = |road: &RoadSource| match road {
         RoadSource::Cycle(cycle) => {
             let given = cycle.given().map_err(|error| no_fit(source(roads), error))?;
@@ -313,39 +313,39 @@ pub fn fit_operating_cycle(
         progress.look(watch)?;
         match road? {
             ReadRoad::Cycle(cycle, read) => {
-                found.add_cycle(*cycle);
+                found_roads.add_cycle(*cycle);
                 if let Some(read) = read {
                     read.warnings().iter().for_each(|warning| warn(warning));
-                    found.inputs.push(read);
+                    found_roads.inputs.push(read);
                 }
             }
             ReadRoad::Log(roads) => {
                 let warnings = roads.inputs.iter().flat_map(FileAccount::warnings);
                 warnings.for_each(|warning| warn(&warning));
-                found.append(*roads);
+                found_roads.append(*roads);
             }
         }
     }
-    if let Some((place, fault)) = found.failed() {
+    if let Some((place, fault)) = found_roads.failed() {
         return Err(Error::Drive { place: place.clone(), fault: fault.clone() });
     }
-    found.told().iter().for_each(|told| warn(told));
-    let (fit, part) = roads_part(&found, *radius_range_m, base, source(roads))?;
+    found_roads.told().iter().for_each(|told| warn(told));
+    let (fit, part) = roads_part(&found_roads, *radius_range_m, base, source(roads))?;
     let (text, warnings) = (text::roads(&fit), fit.warnings.clone());
     // what is odd in them was said while they were read
-    Ok(FitAnswer { inputs: found.inputs, ..FitAnswer::new(fit, &text, warnings, &part) })
+    Ok(FitAnswer { inputs: found_roads.inputs, ..FitAnswer::new(fit, &text, warnings, &part) })
 }
 
 /// Fits the road model to roads that were found; `path` is what errors call them.
 pub(crate) fn roads_part(
-    found: &FoundRoads,
+    found_roads: &FoundRoads,
     radius_range_m: Option<[f64; 2]>,
     base: &StudyModel,
     path: &Path,
 ) -> Result<(RoadFit, FittedPart), Error> {
-    let coverage = found.coverage(radius_range_m);
-    let fit =
-        fit_with_coverage(&found.roads, &coverage, base).map_err(|error| no_fit(path, error))?;
+    let coverage = found_roads.coverage(radius_range_m);
+    let fit = fit_with_coverage(&found_roads.roads, &coverage, base)
+        .map_err(|error| no_fit(path, error))?;
     let mut errors: Vec<Estimate> = Vec::new();
     for road_type in &fit.types {
         let below = format!("road.types.{}", road_type.road_type);

@@ -38,13 +38,13 @@ impl Doubted {
         let plan = RunPlan::new(request.seed, 0, CYCLES, request.threads, None);
         let asked =
             DoubtRequest { study: (name.to_owned(), study), against: None, plan, column: None };
-        let found = doubt(&asked, watch)?;
-        let named = found.numbers.iter().take(NAMED);
+        let doubted = doubt(&asked, watch)?;
+        let named = doubted.numbers.iter().take(NAMED);
         Ok(Self {
             study: name.to_owned(),
-            column: found.column.to_owned(),
-            mean: found.is.map_or(f64::NAN, |shape| shape.mean),
-            together: found.together.mean,
+            column: doubted.column.to_owned(),
+            mean: doubted.is.map_or(f64::NAN, |shape| shape.mean),
+            together: doubted.together.mean,
             largest: named.map(|entry| (entry.name.clone(), entry.share)).collect(),
         })
     }

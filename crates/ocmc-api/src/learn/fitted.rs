@@ -69,8 +69,8 @@ impl Fits {
                 base: model,
                 place: None,
             };
-            let found = fit_weather(&question).map(values);
-            fits.add(request, "weather", "fit weather", &weather, found);
+            let fitted = fit_weather(&question).map(values);
+            fits.add(request, "weather", "fit weather", &weather, fitted);
         }
         if let Some(table) =
             fits.first("traffic", "fit traffic", of_kind(ExportKind::Traffic), request)
@@ -78,8 +78,8 @@ impl Fits {
             let mappings = mappings.clone();
             let question =
                 TrafficRequest { table: table.clone(), mappings, base: model, place: None };
-            let found = fit_traffic(&question).map(values);
-            fits.add(request, "traffic", "fit traffic", &[table], found);
+            let fitted = fit_traffic(&question).map(values);
+            fits.add(request, "traffic", "fit traffic", &[table], fitted);
         }
         let curves = of_kind(ExportKind::Curves);
         if let Some(curves) = fits.first("curve speeds", "fit curve-speed", curves, request) {
@@ -91,8 +91,8 @@ impl Fits {
                 options,
                 tobit: false,
             };
-            let found = fit_curve_speed(&question).map(values);
-            fits.add(request, "curve speeds", "fit curve-speed", &[curves], found);
+            let fitted = fit_curve_speed(&question).map(values);
+            fits.add(request, "curve speeds", "fit curve-speed", &[curves], fitted);
         }
         let mut changes = of_kind(ExportKind::SpeedChanges);
         let limited = |source: &Source| has_limits(source.path(), &mappings);
@@ -107,7 +107,7 @@ impl Fits {
             };
             match fit_speed_change(&question, &mut |_| (), watch) {
                 Err(error @ Error::Interrupted(_)) => Err(error),
-                found => Ok(found.map(values)),
+                fitted => Ok(fitted.map(values)),
             }
         };
         // a file that tells nothing does not keep the others from telling something
@@ -123,8 +123,8 @@ impl Fits {
         }
         let (what, command) = ("speed changes", "fit speed-change");
         if !telling.is_empty() {
-            let found = fit(&telling)?;
-            fits.add(request, what, command, &telling, found);
+            let fitted = fit(&telling)?;
+            fits.add(request, what, command, &telling, fitted);
         }
         if let Some(reason) = reason {
             fits.add(request, what, command, &silent, Err(reason));
@@ -192,7 +192,7 @@ impl Fits {
             return;
         }
         let model: &StudyModel = &request.base.1.model;
-        let found = roads_part(&roads, None, model, &request.folder).map(|(fit, part)| {
+        let fitted = roads_part(&roads, None, model, &request.folder).map(|(fit, part)| {
             let warnings: Vec<String> = fit.warnings.into_iter().chain(part.warnings()).collect();
             if is_whole {
                 return (part.json(), warnings);
@@ -200,7 +200,7 @@ impl Fits {
             let of_hills = |words: &String| !words.contains("curves") && !words.contains("signs");
             (hills_and_missions(part.json()), warnings.into_iter().filter(of_hills).collect())
         });
-        self.tried(request, (what, command), sources, found);
+        self.tried(request, (what, command), sources, fitted);
     }
 
     fn add(
@@ -209,9 +209,9 @@ impl Fits {
         what: &'static str,
         command: &'static str,
         files: &[Source],
-        found: Result<Found, Error>,
+        fitted: Result<Found, Error>,
     ) {
-        self.tried(request, (what, command), named(request, files), found);
+        self.tried(request, (what, command), named(request, files), fitted);
     }
 
     /// Lays a part over the study, where there is one and the rest goes with it.
@@ -220,9 +220,9 @@ impl Fits {
         request: &LearnRequest,
         (what, command): (&'static str, &'static str),
         sources: String,
-        found: Result<Found, Error>,
+        fitted: Result<Found, Error>,
     ) {
-        let with = found.map_err(|error| error.to_string()).and_then(|(values, warnings)| {
+        let with = fitted.map_err(|error| error.to_string()).and_then(|(values, warnings)| {
             self.warnings.extend(warnings.into_iter().map(|words| format!("{what}: {words}")));
             let part = StudyPart { command, sources: sources.clone(), values };
             let mut parts = self.written.clone();

@@ -24,8 +24,8 @@ impl HeldBack {
     /// Makes the check of trips; none where there are none.
     pub(super) fn new(answer: &CalibrateTotalsAnswer, trips: &[HeldBackTrip]) -> Option<Self> {
         let length_m: f64 = trips.iter().map(|trip| trip.length_m).sum();
-        let over = |of: fn(&HeldBackTrip) -> f64| {
-            trips.iter().map(|trip| of(trip) * trip.length_m).sum::<f64>() / length_m
+        let over = |value_of: fn(&HeldBackTrip) -> f64| {
+            trips.iter().map(|trip| value_of(trip) * trip.length_m).sum::<f64>() / length_m
         };
         let is_within = |trip: &&HeldBackTrip| {
             (trip.interval90[0]..=trip.interval90[1]).contains(&trip.measured)

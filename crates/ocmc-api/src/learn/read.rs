@@ -53,7 +53,7 @@ pub(super) struct Read {
 impl Read {
     pub(super) fn of(request: &LearnRequest, watch: &mut Watch) -> Result<Self, Error> {
         let LearnRequest { folder, mappings, .. } = request;
-        let found = files(folder).map_err(FileError::read(folder))?;
+        let paths = files(folder).map_err(FileError::read(folder))?;
         let mut read = Self {
             files: Vec::new(),
             limited: ReadRoads::default(),
@@ -64,11 +64,11 @@ impl Read {
             bound: request.hold_back,
         };
         let mut of_logs: Option<TripTotals> = None;
-        let mut kinds: Vec<_> = found.iter().map(|path| (path, kind_of(path, mappings))).collect();
+        let mut kinds: Vec<_> = paths.iter().map(|path| (path, kind_of(path, mappings))).collect();
         // totals first: they say which trips are held back
         kinds.sort_by_key(|(_, kind)| !matches!(kind, Ok(Some(ExportKind::Totals))));
         for (done, (path, kind)) in kinds.into_iter().enumerate() {
-            Progress::of_logs(done, found.len()).look(watch)?;
+            Progress::of_logs(done, paths.len()).look(watch)?;
             let (kind, left_out) = match kind {
                 Ok(Some(kind)) => {
                     let result = read.take(request, kind, path, &mut of_logs);

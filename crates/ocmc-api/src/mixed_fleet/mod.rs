@@ -119,7 +119,7 @@ pub fn mixed_fleet(
         let names: Vec<&str> = request.groups.iter().map(|group| &*group.name).collect();
         check_free_of_groups(folder, &names)?;
     }
-    let others: u64 = pairs(request.groups).map(|(of, _)| plans[of].cycles).sum();
+    let others: u64 = pairs(request.groups).map(|(group, _)| plans[group].cycles).sum();
     let total = others + plans.iter().map(|plan| plan.cycles).sum::<u64>();
     let mut before = 0;
     let mut groups = Vec::new();
@@ -143,13 +143,13 @@ pub fn mixed_fleet(
         });
     }
     let mut replaceable = Vec::new();
-    for (of, by) in pairs(request.groups) {
+    for (group, by) in pairs(request.groups) {
         let mut look = |progress: Progress| {
             watch(Progress { done: before + progress.done, total, ..progress })
         };
-        let [of_group, by_group] = [of, by].map(|k| &request.groups[k]);
-        replaceable.extend(replaced(of_group, by_group, &plans[of], &mut look)?);
-        before += plans[of].cycles;
+        let [of_group, by_group] = [group, by].map(|k| &request.groups[k]);
+        replaceable.extend(replaced(of_group, by_group, &plans[group], &mut look)?);
+        before += plans[group].cycles;
     }
     let shared = request.groups.iter().any(|group| dependence(group, request.seed).is_shared());
     let study = request.groups.first().map(|group| group.study.origin.to_string());
@@ -227,27 +227,27 @@ fn pairs(groups: &[FleetGroup]) -> impl Iterator<Item = (usize, usize)> {
     let plugs_in = |k: &usize| groups[*k].study.model.vehicle.powertrain.plugs_in();
     let with: Vec<usize> = (0..groups.len()).filter(plugs_in).collect();
     let without: Vec<usize> = (0..groups.len()).filter(|k| !with.contains(k)).collect();
-    without.into_iter().flat_map(move |of| with.clone().into_iter().map(move |by| (of, by)))
+    without.into_iter().flat_map(move |group| with.clone().into_iter().map(move |by| (group, by)))
 }
 
 /// Trucks of a group whose trips arrive with the truck, and the charging, of another one; none
 /// where that truck cannot drive its study.
 fn replaced(
-    of: &FleetGroup,
+    group: &FleetGroup,
     by: &FleetGroup,
     plan: &RunPlan,
     watch: &mut Watch,
 ) -> Result<Option<Replaceable>, Error> {
-    let mut model = of.study.model.clone();
+    let mut model = group.study.model.clone();
     model.vehicle.clone_from(&by.study.model.vehicle);
     model.charging.clone_from(&by.study.model.charging);
     model.uncertainty.clear();
-    let Ok(study) = of.study.study.with_model(model) else { return Ok(None) };
-    let mut fleet = SummaryBuilder::new(dependence(of, plan.seed));
+    let Ok(study) = group.study.study.with_model(model) else { return Ok(None) };
+    let mut fleet = SummaryBuilder::new(dependence(group, plan.seed));
     let driven = watched(plan.cycles, watch, |look| records(&study, plan, look))?;
     fleet.add(&driven);
     let arrivals = fleet.finish().truck_arrivals;
-    let (group, vehicle_of) = (of.name.clone(), by.name.clone());
+    let (group, vehicle_of) = (group.name.clone(), by.name.clone());
     Ok(Some(Replaceable { group, vehicle_of, arrivals }))
 }
 
@@ -319,7 +319,7 @@ impl Answer for MixedFleetAnswer {
 impl MixedFleetAnswer {
     /// The consumption of each group: its name, the unit, mean, P5, P50 and P95.
     fn consumptions(&self) -> Vec<[String; 6]> {
-        let of = |GroupAnswer { group, run, .. }: &GroupAnswer| {
+        let line_of = |GroupAnswer { group, run, .. }: &GroupAnswer| {
             let own = run.summary.summary.consumption()?;
             let (name, factor) = label(own.column);
             let half = own.ci95.map(|[low, high]| rough(factor * (high - low) / 2.0));
@@ -329,7 +329,7 @@ impl MixedFleetAnswer {
                 |k: usize| own.quantiles[k].value.map_or("-".to_owned(), |q| short(factor * q));
             Some([group.clone(), name.to_owned(), mean, at(0), at(2), at(4)])
         };
-        self.groups.iter().filter_map(of).collect()
+        self.groups.iter().filter_map(line_of).collect()
     }
 
     /// Contributions of judged numbers to the uncertainty of each group, a line each.
@@ -349,13 +349,13 @@ impl MixedFleetAnswer {
             (!arrivals.is_empty()).then_some((group.group.as_str(), "itself", arrivals))
         });
         let others = self.replaceable.iter();
-        let others =
-            others.map(|found| (found.group.as_str(), found.vehicle_of.as_str(), &found.arrivals));
+        let others = others
+            .map(|answer| (answer.group.as_str(), answer.vehicle_of.as_str(), &answer.arrivals));
         own.chain(others)
             .map(|(group, by, arrivals)| {
                 let at = |k: usize| arrivals.get(k).map_or("-".to_owned(), |a| grouped(a.trucks));
-                let of = arrivals.first().map_or("-".to_owned(), |a| grouped(a.of));
-                [group.to_owned(), by.to_owned(), of, at(0), at(1)]
+                let trucks = arrivals.first().map_or("-".to_owned(), |a| grouped(a.of));
+                [group.to_owned(), by.to_owned(), trucks, at(0), at(1)]
             })
             .collect()
     }

@@ -62,7 +62,8 @@ impl MixedFleetAnswer {
             &CONSUMPTIONS,
             self.consumptions().into_iter().map(Vec::from).collect(),
         );
-        let groups = self.groups.iter().map(|of| format!("{} {}", grouped(of.trucks), of.group));
+        let groups =
+            self.groups.iter().map(|group| format!("{} {}", grouped(group.trucks), group.group));
         let groups = groups.collect::<Vec<_>>().join(", ");
         let trips: u64 = self.groups.iter().map(|group| group.run.summary.summary.cycles).sum();
         let facts = [
@@ -92,19 +93,19 @@ impl MixedFleetAnswer {
 
     /// Totals of the fleet and of its groups, side by side.
     fn by_group(&self) -> PageTable {
-        let names = self.groups.iter().map(|of| of.group.clone());
+        let names = self.groups.iter().map(|group| group.group.clone());
         let head = ["", "all"].map(str::to_owned).into_iter().chain(names).collect();
-        let row = |name: &str, all: String, of: &dyn Fn(&GroupAnswer) -> String| {
-            [name.to_owned(), all].into_iter().chain(self.groups.iter().map(of)).collect()
+        let row = |name: &str, all: String, text_of: &dyn Fn(&GroupAnswer) -> String| {
+            [name.to_owned(), all].into_iter().chain(self.groups.iter().map(text_of)).collect()
         };
         let mut rows: Vec<Vec<String>> = vec![
-            row("trucks", grouped(self.trucks), &|of| grouped(of.trucks)),
-            row("trips of each", String::new(), &|of| grouped(of.trips_per_truck)),
+            row("trucks", grouped(self.trucks), &|group| grouped(group.trucks)),
+            row("trips of each", String::new(), &|group| grouped(group.trips_per_truck)),
         ];
         for total in &self.totals {
             let same = |own: &&NamedTotal| (&own.name, &own.unit) == (&total.name, &total.unit);
-            rows.push(row(&total.name, amount(total), &|of| {
-                of.totals.iter().find(same).map_or("–".to_owned(), amount)
+            rows.push(row(&total.name, amount(total), &|group| {
+                group.totals.iter().find(same).map_or("–".to_owned(), amount)
             }));
         }
         PageTable {

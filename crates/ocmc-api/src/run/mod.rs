@@ -417,7 +417,8 @@ mod tests {
             [&complete, &resumed].map(|answer| &answer.summary.summary.parameter_uncertainty);
         assert!(a.is_some() && a == b, "{a:?} {b:?}");
         for file in ["records.csv", "manifest.json"] {
-            let [a, b] = [&whole, &broken].map(|of| fs::read(of.join(file)).expect("written"));
+            let [a, b] =
+                [&whole, &broken].map(|folder| fs::read(folder.join(file)).expect("written"));
             assert!(a == b, "{file}");
         }
     }

@@ -86,10 +86,10 @@ impl Asked<'_> {
 
     /// Properties that are stated otherwise than in a run that is there.
     fn differences(&self, manifest: &Manifest, given: &GivenDrive) -> Result<Vec<String>, Error> {
-        let mut found = Vec::new();
+        let mut differences = Vec::new();
         let mut compare = |name: &str, asked: Option<u64>, has: u64| match asked {
             Some(asked) if asked != has => {
-                found.push(format!("--{name} is {asked}, and {has} in the run"));
+                differences.push(format!("--{name} is {asked}, and {has} in the run"));
             }
             _ => (),
         };
@@ -102,14 +102,14 @@ impl Asked<'_> {
         if !(reached && cycles.is_none_or(|cycles| manifest.cycles <= cycles)) {
             compare("cycles", cycles, manifest.cycles);
             if self.precision.is_some() && self.precision != manifest.precision {
-                found.push("--precision is another one than that of the run".to_owned());
+                differences.push("--precision is another one than that of the run".to_owned());
             }
         }
         if let Some(format) = self.format
             && format.file_name() != manifest.records
         {
             let (asked, has) = (format.file_name(), &manifest.records);
-            found.push(format!("--format makes `{asked}`, and the run has `{has}`"));
+            differences.push(format!("--format makes `{asked}`, and the run has `{has}`"));
         }
         if self.study.is_some() || self.loaded.is_some() || !self.sets.is_empty() {
             let stored = Given::Text("manifest.json", &manifest.resolved_study);
@@ -118,9 +118,9 @@ impl Asked<'_> {
                 (None, None) => stored(self.sets)?,
                 _ => given.study(self.load()?)?,
             };
-            found.extend(different_keys(&asked, &stored(&[])?));
+            differences.extend(different_keys(&asked, &stored(&[])?));
         }
-        Ok(found)
+        Ok(differences)
     }
 }
 
@@ -142,14 +142,14 @@ fn different_keys(asked: &LoadedStudy, run: &LoadedStudy) -> Vec<String> {
 }
 
 /// The values of a tree that are no tables, by their paths.
-fn leaves(value: &Value, path: &str, found: &mut BTreeMap<String, Value>) {
+fn leaves(value: &Value, path: &str, values: &mut BTreeMap<String, Value>) {
     let Value::Object(table) = value else {
-        found.insert(path.to_owned(), value.clone());
+        values.insert(path.to_owned(), value.clone());
         return;
     };
     for (key, value) in table {
         let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-        leaves(value, &path, found);
+        leaves(value, &path, values);
     }
 }
 

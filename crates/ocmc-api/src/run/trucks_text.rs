@@ -52,14 +52,14 @@ pub(super) fn trucks(summary: &Summary) -> String {
 fn arrivals(summary: &Summary) -> String {
     let mut text = String::new();
     for (k, arrivals) in summary.truck_arrivals.iter().enumerate() {
-        let TruckArrivals { share_of_trips, trucks, of, ci95 } = *arrivals;
+        let TruckArrivals { share_of_trips, trucks, of: all, ci95 } = *arrivals;
         let trips = match k {
             0 => "\nTrucks of which all trips arrive".to_owned(),
             _ => format!("Trucks of which {} % of the trips arrive", 100.0 * share_of_trips),
         };
         let [low, high] = ci95.map(|end| format!("{:.0}", 100.0 * end));
-        let (trucks, of) = (grouped(trucks), grouped(of));
-        let _ = writeln!(text, "{trips}: {trucks} of {of} ({low} to {high} % of such trucks)");
+        let (trucks, all) = (grouped(trucks), grouped(all));
+        let _ = writeln!(text, "{trips}: {trucks} of {all} ({low} to {high} % of such trucks)");
     }
     text
 }
@@ -69,7 +69,7 @@ fn spread(trucks: &TruckSummary, column: &str, components: &Components) -> Strin
     let (name, factor) = label(column);
     let sd = |value: f64| short(factor * value);
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let of = |statistics: &[ocmc_fleet::statistic::Statistic]| {
+    let sd_of = |statistics: &[ocmc_fleet::statistic::Statistic]| {
         let own = statistics.iter().find(|statistic| statistic.column == column);
         own.and_then(|own| own.sd).map_or("-".to_owned(), sd)
     };
@@ -81,8 +81,8 @@ fn spread(trucks: &TruckSummary, column: &str, components: &Components) -> Strin
         sd(components.within_sd),
         percent(components.share_of_trips),
         percent(components.share_of_means),
-        of(&trucks.truck_months),
-        of(&trucks.truck_years),
+        sd_of(&trucks.truck_months),
+        sd_of(&trucks.truck_years),
         grouped(trucks.rows.len() as u64),
     )
 }

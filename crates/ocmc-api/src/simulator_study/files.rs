@@ -36,7 +36,9 @@ impl SimulatorStudyAnswer {
             files.push(("events.csv".to_owned(), self.events_csv()));
         }
         let pictures = pictures(&self.first);
-        files.extend(pictures.iter().map(|of| (format!("{}.svg", of.name), of.standalone())));
+        files.extend(
+            pictures.iter().map(|picture| (format!("{}.svg", picture.name), picture.standalone())),
+        );
         let facts = self.facts();
         let page = SimulatorPage {
             title: &self.study,

@@ -155,8 +155,8 @@ pub fn simulator_study(
     }
     let compared = PRINTED
         .into_iter()
-        .map(|(table, quantity, paper, of)| {
-            let values = fits.iter().filter_map(|(curves, changes)| of(curves, changes));
+        .map(|(table, quantity, paper, value_of)| {
+            let values = fits.iter().filter_map(|(curves, changes)| value_of(curves, changes));
             let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
             values.sort_by(f64::total_cmp);
             let n = values.len();
@@ -244,7 +244,7 @@ fn first(
     let law = |change: &str| speed_change.by_category.iter().find(|law| law.category == change);
     let medians = paper::MEDIANS_MPS2
         .map(|(change, paper)| (change, law(change).map(|law| law.median_mps2), paper));
-    let of = |estimate: &ocmc_estimation::fit::curve_speed::CurveSpeedEstimate| {
+    let law = |estimate: &ocmc_estimation::fit::curve_speed::CurveSpeedEstimate| {
         [estimate.exponent, estimate.reference_speed_mps]
     };
     let drive = |(_, signals): (usize, recorded::Signals)| SimulatorDrive {
@@ -253,7 +253,7 @@ fn first(
     };
     SimulatorRepetition {
         curves: curves.iter().filter(|curve| curve.repetition == 0).cloned().collect(),
-        curve_laws: [of(&curve_speed.estimated), of(&curve_speed.fixed)],
+        curve_laws: [law(&curve_speed.estimated), law(&curve_speed.fixed)],
         reference_radius_m: curve_speed.reference_radius_m,
         changes: changes.iter().filter(|change| change.repetition == 0).cloned().collect(),
         medians_mps2: medians.to_vec(),

@@ -35,8 +35,8 @@ impl Recorded {
     pub(super) fn of(study: &Study, seed: u64, cycle_id: u64, keep: bool) -> Option<Self> {
         let columns = trace(study, seed, cycle_id).columns;
         let column = |name: &str| {
-            let found = columns.iter().find(|column| column.name == name);
-            &found.expect("traces have it").values
+            let column = columns.iter().find(|column| column.name == name);
+            &column.expect("traces have it").values
         };
         let [time_s, speed_mps, limit_mps] =
             ["time_s", "speed_mps", "limit_mps"].map(|name| column(name).as_slice());

@@ -58,15 +58,15 @@ pub(super) fn identified(
 }
 
 fn event(study: &Study, slope: Slope, fit: &EventFit, options: &IdentifyOptions) -> SimulatorEvent {
-    let of = |name: &str| fit.parameter(name).map(|found| found.value);
+    let value_of = |name: &str| fit.parameter(name).map(|parameter| parameter.value);
     let closed = ClosedLoop::new(study, &slope.log);
     let driven = closed.drive(&Controller {
         proportional: fit.kp,
         integral: fit.ki.unwrap_or(0.0),
         derivative: fit.kd.unwrap_or(0.0),
         set_speed_mps: fit.set_speed_mps,
-        start: of("start_integral").unwrap_or(0.0),
-        start_speed_mps: of("start_speed_mps").unwrap_or(closed.rolling.speed_mps),
+        start: value_of("start_integral").unwrap_or(0.0),
+        start_speed_mps: value_of("start_speed_mps").unwrap_or(closed.rolling.speed_mps),
         ..Controller::default()
     });
     let recorded = series(&slope.log, 0..slope.log.time_s.len());
@@ -128,13 +128,13 @@ mod tests {
             ..IdentifyOptions::default()
         };
         let stop = AtomicBool::new(false);
-        let found = identified(&study, slopes, &options, &stop, &mut |_| ()).remove(0);
+        let event = identified(&study, slopes, &options, &stop, &mut |_| ()).remove(0);
         for k in 0..2 {
-            let error = found.gains[k] / found.true_gains[k] - 1.0;
-            assert!(error.abs() < 0.02, "{:?} for {:?}", found.gains, found.true_gains);
+            let error = event.gains[k] / event.true_gains[k] - 1.0;
+            assert!(error.abs() < 0.02, "{:?} for {:?}", event.gains, event.true_gains);
         }
-        assert!((found.set_speed_mps - found.wanted_mps).abs() < 0.05);
+        assert!((event.set_speed_mps - event.wanted_mps).abs() < 0.05);
         let last = |series: &DriveSeries| series.speed_mps[series.speed_mps.len() - 1];
-        assert!((last(&found.recorded) - last(&found.simulated)).abs() < 0.05);
+        assert!((last(&event.recorded) - last(&event.simulated)).abs() < 0.05);
     }
 }

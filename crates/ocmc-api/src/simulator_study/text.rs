@@ -58,8 +58,8 @@ impl Answer for SimulatorStudyAnswer {
                 let ended = side()
                     .filter(|event| event.at_bound.iter().any(|name| name.starts_with('k')))
                     .count();
-                let of = count_of(side().count() as u64, "event");
-                text.push_str(&fact(name, format!("{ended} of {of} with a gain at a bound")));
+                let events = count_of(side().count() as u64, "event");
+                text.push_str(&fact(name, format!("{ended} of {events} with a gain at a bound")));
             }
         }
         text.push('\n');

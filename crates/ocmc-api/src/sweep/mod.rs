@@ -143,10 +143,10 @@ pub fn sweep(request: &SweepRequest, watch: &mut Watch) -> Result<SweepAnswer, E
     let studies: Vec<&Study> =
         has_base.then_some(&base.study).into_iter().chain(&loaded.studies).collect();
     let (clock, cycles) = (Instant::now(), plan.cycles.saturating_mul(studies.len() as u64));
-    let found =
+    let fleet_sweep =
         watched(cycles, watch, |look| sweep_fleets(&studies, plan, quantity.as_ref(), &mut *look))?;
     let wall_s = clock.elapsed().as_secs_f64();
-    let mut swept = found.studies.into_iter();
+    let mut swept = fleet_sweep.studies.into_iter();
     let own_hash = study_hash(&base.model);
     let nothing = || points.keys().iter().map(|key| (key.clone(), Value::Null)).collect();
     let base = swept.by_ref().take(usize::from(has_base)).next();
@@ -160,12 +160,12 @@ pub fn sweep(request: &SweepRequest, watch: &mut Watch) -> Result<SweepAnswer, E
         seed: plan.seed,
         first_cycle: plan.first_cycle,
         cycles: plan.cycles,
-        column: found.column,
+        column: fleet_sweep.column,
         keys: points.keys().to_vec(),
         against: *against,
         base,
         points: of_points.collect(),
-        is_common: found.is_common,
+        is_common: fleet_sweep.is_common,
         driven: (*plan, wall_s, cycles),
         warnings: loaded.warnings,
     })
@@ -219,18 +219,19 @@ impl SweptPoint {
         plan: &RunPlan,
     ) -> Self {
         let SweptStudy { mean, failed, comparison } = swept;
-        let difference = comparison.as_ref().and_then(|found| found.difference);
-        let of_reference = comparison.as_ref().and_then(|found| found.a).filter(|a| *a != 0.0);
+        let difference = comparison.as_ref().and_then(|compared| compared.difference);
+        let of_reference =
+            comparison.as_ref().and_then(|compared| compared.a).filter(|a| *a != 0.0);
         Self {
             values,
             study_hash,
             mean: mean.map(|mean| mean.ratio),
             ci95: mean.and_then(|mean| mean.ci95),
             difference,
-            difference_ci95: comparison.as_ref().and_then(|found| found.ci95),
+            difference_ci95: comparison.as_ref().and_then(|compared| compared.ci95),
             relative_difference: difference.zip(of_reference).map(|(change, a)| change / a),
-            adjusted: comparison.as_ref().and_then(|found| found.adjusted),
-            pairs: comparison.map(|found| found.pairs),
+            adjusted: comparison.as_ref().and_then(|compared| compared.adjusted),
+            pairs: comparison.map(|compared| compared.pairs),
             not_completed: failed,
             share_not_completed: failed as f64 / plan.cycles as f64,
         }

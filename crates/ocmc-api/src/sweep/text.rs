@@ -81,16 +81,16 @@ impl SweepAnswer {
 
     /// The table, and whether its head has numbers of keys.
     fn narrow_table(&self, factor: f64) -> (bool, String) {
-        let of = |(numbered, longest)| (numbered, self.table(factor, numbered, longest));
+        let laid_out = |(numbered, longest)| (numbered, self.table(factor, numbered, longest));
         let is_narrow = |text: &str| text.lines().all(|line| line.chars().count() <= WIDEST);
-        let mut found = of(LAYOUTS[0]);
+        let mut table = laid_out(LAYOUTS[0]);
         for layout in &LAYOUTS[1..] {
-            if is_narrow(&found.1) {
+            if is_narrow(&table.1) {
                 break;
             }
-            found = of(*layout);
+            table = laid_out(*layout);
         }
-        found
+        table
     }
 
     fn table(&self, factor: f64, is_numbered: bool, longest: usize) -> String {

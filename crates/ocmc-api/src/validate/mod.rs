@@ -327,8 +327,8 @@ fn groups(
         let (mappings, options) = (mappings.clone(), options.clone());
         let (steering, stops) = (*steering, *stops);
         let roads = RoadRequest { logs, mappings, options, steering, stops };
-        let found = drives(&roads, warn, watch)?;
-        let left_out = found.left_out.len();
+        let measured = drives(&roads, warn, watch)?;
+        let left_out = measured.left_out.len();
         let group = |mut drive: MeasuredDrive| {
             let cycle = drive.road.take()?;
             let path = PathBuf::from(&drive.name);
@@ -337,21 +337,21 @@ fn groups(
             let placed = place(&drive.way, drive.way.length_m(), *run_in_m).ok()?;
             Some(Group { name: drive.name.clone(), path, cycle, drives: vec![(drive, placed)] })
         };
-        let groups = found.drives.into_iter().filter_map(group).collect();
-        return Ok(OnRoads { groups, left_out, inputs: found.inputs });
+        let groups = measured.drives.into_iter().filter_map(group).collect();
+        return Ok(OnRoads { groups, left_out, inputs: measured.inputs });
     };
     let (cycle, read) = given_cycle::read_with_account(path, &[])?;
     read.warnings().iter().for_each(|warning| warn(warning));
-    let mut found = MeasuredDrives::default();
+    let mut measured = MeasuredDrives::default();
     for (done, log) in logs.iter().enumerate() {
         Progress::of_logs(done, logs.len()).look(watch)?;
-        found.add(&log.log(mappings, &NEEDS, warn)?);
+        measured.add(&log.log(mappings, &NEEDS, warn)?);
     }
-    told(&found, logs, warn)?;
-    let (mut placed, mut left_out) = (Vec::new(), found.left_out.len());
-    let inputs = std::iter::once(read).chain(found.inputs).collect();
+    told(&measured, logs, warn)?;
+    let (mut placed, mut left_out) = (Vec::new(), measured.left_out.len());
+    let inputs = std::iter::once(read).chain(measured.inputs).collect();
     let mut first = None;
-    for drive in found.drives {
+    for drive in measured.drives {
         match place(&drive.way, cycle.length_m, *run_in_m) {
             Ok(on_road) => placed.push((drive, on_road)),
             Err(reason) => {

@@ -21,8 +21,8 @@ impl ValidateAnswer {
             return None;
         }
         let what = self.circular.join(" and ");
-        let of = |drive: &&ValidatedDrive| !drive.circular.is_empty();
-        let n = self.drives.iter().filter(of).count();
+        let is_circular = |drive: &&ValidatedDrive| !drive.circular.is_empty();
+        let n = self.drives.iter().filter(is_circular).count();
         Some(format!(
             "the {what} of the road come from the validated log itself ({} of {}): {}",
             n,

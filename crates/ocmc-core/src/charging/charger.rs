@@ -89,9 +89,9 @@ impl PublicChargerModel {
     /// Either a spacing or positions, and either a wait or a queue.
     pub fn validate(&self, problems: &mut Problems) {
         let one_place = self.spacing_m.is_some() == self.positions_m.is_empty();
-        let found = if self.spacing_m.is_some() { "given, too" } else { "absent" };
+        let presence = if self.spacing_m.is_some() { "given, too" } else { "absent" };
         let allowed = "one of `spacing_m` and `positions_m`";
-        problems.require(one_place, "positions_m", found, allowed);
+        problems.require(one_place, "positions_m", presence, allowed);
         let rises = self.positions_m.windows(2).all(|pair| pair[0] + MINIMUM_SPACING_M <= pair[1]);
         let shown = format!("{:?}", self.positions_m);
         problems.require(rises, "positions_m", shown, "positions that rise, 100 m apart");

@@ -47,8 +47,8 @@ impl ChargeCurve {
         let check = |power_w: &[f64], problems: &mut Problems| {
             let (charges, powers) = (self.charge.len(), power_w.len());
             let pairs = charges == powers && charges > 0;
-            let found = format!("{powers} powers for {charges} charges");
-            problems.require(pairs, "power_w", found, "one power for each charge, at least one");
+            let counts = format!("{powers} powers for {charges} charges");
+            problems.require(pairs, "power_w", counts, "one power for each charge, at least one");
             if let Some((entry, pair)) = wrong(power_w, |before, here| before >= here) {
                 let shown = format!("{} after {} (entry {entry})", pair[1], pair[0]);
                 let allowed = "powers that do not rise with the charge";

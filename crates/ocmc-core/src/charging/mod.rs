@@ -87,10 +87,10 @@ impl ChargingPolicy {
             let allowed = format!("above `charging.reserve`, which is {reserve}");
             problems.require(end_at > reserve, "end_at", end_at, &allowed);
         };
-        let found = if self.forecast.is_some() { "given" } else { "absent" };
+        let presence = if self.forecast.is_some() { "given" } else { "absent" };
         let is_known = self.public.is_none() || self.forecast.is_some();
         let allowed = "a table beside `charging.public`, as in `electric-long-haul`";
-        problems.require(is_known, "forecast", found, allowed);
+        problems.require(is_known, "forecast", presence, allowed);
         problems.part_if("public", self.public.as_ref(), |public, problems| {
             ends(public.end_at, problems);
             public.validate(problems);

@@ -41,9 +41,9 @@ impl Input {
         !matches!(&self.price, Yearly::ByYear(_) | Yearly::Constant(Quantity::Number(_)))
     }
 
-    fn value(&self, of: impl FnOnce(&Quantity) -> f64) -> Value {
+    fn value(&self, value_of: impl FnOnce(&Quantity) -> f64) -> Value {
         match &self.price {
-            Yearly::Constant(quantity) => Value::Constant(of(quantity)),
+            Yearly::Constant(quantity) => Value::Constant(value_of(quantity)),
             Yearly::ByYear(prices) => Value::ByYear(prices.clone()),
         }
     }

@@ -133,14 +133,17 @@ mod tests {
         let ten = &nesting(10);
         let two = &Nesting { drivers: Drivers::OfTruck(2), ..nesting(10) };
         for truck in 0..20 {
-            let of = |law, nesting, trip| draw(law, nesting, 10 * truck + trip);
-            assert!((1..10).all(|trip| of(&of_truck, ten, trip) == of(&of_truck, ten, 0)));
-            assert!((2..10).all(|trip| of(&of_driver, two, trip) == of(&of_driver, two, trip - 2)));
-            assert!((1..10).any(|trip| of(&own, ten, trip) != of(&own, ten, 0)));
+            let value = |law, nesting, trip| draw(law, nesting, 10 * truck + trip);
+            assert!((1..10).all(|trip| value(&of_truck, ten, trip) == value(&of_truck, ten, 0)));
+            assert!(
+                (2..10)
+                    .all(|trip| value(&of_driver, two, trip) == value(&of_driver, two, trip - 2))
+            );
+            assert!((1..10).any(|trip| value(&own, ten, trip) != value(&own, ten, 0)));
             // a truck of one trip: whatever the level, the draw is the cycle's
             let alone = draw(&own, &Nesting::NONE, truck);
             assert!(draw(&of_truck, &Nesting::NONE, truck) == alone);
-            assert!(of(&of_truck, ten, 0) == alone && of(&own, ten, 0) == alone);
+            assert!(value(&of_truck, ten, 0) == alone && value(&own, ten, 0) == alone);
         }
     }
 
@@ -178,8 +181,8 @@ mod tests {
                 / ((TRIPS - 1) * TRUCKS) as f64;
         }
         // relative standard error of a variance of n values: √(2/n)
-        let near = |found: f64, known: f64, n: f64| {
-            assert!((found / known - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{found} {known}");
+        let near = |estimate: f64, known: f64, n: f64| {
+            assert!((estimate / known - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{estimate} {known}");
         };
         near(between, 4.0 + 9.0 / TRIPS as f64, TRUCKS as f64);
         near(within, 9.0, ((TRIPS - 1) * TRUCKS) as f64);

@@ -143,10 +143,10 @@ impl<'de> Visitor<'de> for QuantityVisitor {
         Ok(Quantity::Number(value as f64))
     }
     fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Quantity, M::Error> {
-        let mut found = LevelKeys::default();
-        let law = WithoutLevelKeys { map, found: &mut found };
+        let mut level_keys = LevelKeys::default();
+        let law = WithoutLevelKeys { map, found: &mut level_keys };
         let law = Law::deserialize(MapAccessDeserializer::new(law))?;
-        let LevelKeys { level, truck_sd, truck_log_sd } = found;
+        let LevelKeys { level, truck_sd, truck_log_sd } = level_keys;
         if level.is_none() && truck_sd.is_none() && truck_log_sd.is_none() {
             return Ok(Quantity::Law(law));
         }

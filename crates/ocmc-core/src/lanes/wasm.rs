@@ -19,8 +19,13 @@ pub(super) fn smaller<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
 
 /// An operation on vectors of two numbers.
 #[inline(always)]
-fn of_halves<S: Simd>(a: Lanes<S>, b: Lanes<S>, of: impl Fn(v128, v128) -> v128) -> Lanes<S> {
-    let half = |a: f64x2<S>, b: f64x2<S>| -> f64x2<S> { of(a.into(), b.into()).simd_into(a.simd) };
+fn of_halves<S: Simd>(
+    a: Lanes<S>,
+    b: Lanes<S>,
+    operation: impl Fn(v128, v128) -> v128,
+) -> Lanes<S> {
+    let half =
+        |a: f64x2<S>, b: f64x2<S>| -> f64x2<S> { operation(a.into(), b.into()).simd_into(a.simd) };
     let ((a, c), (b, d)) = (a.split(), b.split());
     half(a, b).combine(half(c, d))
 }

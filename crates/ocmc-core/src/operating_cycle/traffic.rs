@@ -224,8 +224,9 @@ mod tests {
                 let morning = (-0.5 * (middle - 7.5).powi(2)).exp();
                 let evening = (-0.5 * ((middle - 16.5) / 1.2).powi(2)).exp();
                 let share = off + (peak - off) * (morning + evening).min(1.0);
-                let found = model.density_per_m(&road_type, &series, hour * 3600.0, 0.0) / 0.13;
-                assert!((found - share).abs() < 1e-9, "{hour} h: {found} {share}");
+                let density_share =
+                    model.density_per_m(&road_type, &series, hour * 3600.0, 0.0) / 0.13;
+                assert!((density_share - share).abs() < 1e-9, "{hour} h: {density_share} {share}");
             }
         }
         // what an evening just before midnight has left over, the next day begins with

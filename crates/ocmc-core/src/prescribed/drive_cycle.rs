@@ -107,8 +107,9 @@ impl DriveCycle {
         if kept.len() < 2 {
             return Err(DriveCycleError::Short { points: kept.len() });
         }
-        let of = |values: Vec<f64>| kept.iter().map(|&k| values[k]).collect();
-        let (time_s, speed_mps, slope) = (of(time_s), of(speed_mps), of(slope));
+        let kept_values = |values: Vec<f64>| kept.iter().map(|&k| values[k]).collect();
+        let (time_s, speed_mps, slope) =
+            (kept_values(time_s), kept_values(speed_mps), kept_values(slope));
         Ok(Self { time_s, speed_mps, slope, gear: Vec::new() })
     }
 

@@ -178,12 +178,12 @@ mod tests {
     fn batches_and_streams_do_not_go_together() {
         let correlations: Vec<f64> = (0..400)
             .map(|b| {
-                let of = |k: u64, stream| -> Vec<f64> {
+                let deviations = |k: u64, stream| -> Vec<f64> {
                     batch(1, k, stream).iter().map(|point| point[0] - 0.5).collect()
                 };
                 let (x, y) = match b % 2 {
-                    0 => (of(b, Stream::Payload), of(b + 1, Stream::Payload)),
-                    _ => (of(b, Stream::Payload), of(b, Stream::Pedals)),
+                    0 => (deviations(b, Stream::Payload), deviations(b + 1, Stream::Payload)),
+                    _ => (deviations(b, Stream::Payload), deviations(b, Stream::Pedals)),
                 };
                 let sum = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
                 sum(&x, &y) / (sum(&x, &x) * sum(&y, &y)).sqrt()

@@ -217,8 +217,8 @@ impl DutyClock {
 
     /// How long a rest of that kind has to be from now on, in s.
     pub fn length_s(&self, rest: Rest) -> f64 {
-        let of = self.crew().filter(|clock| clock.due(self.rules) == rest);
-        let lengths_s = of.map(|clock| clock.missing_s(self.rules, rest));
+        let due = self.crew().filter(|clock| clock.due(self.rules) == rest);
+        let lengths_s = due.map(|clock| clock.missing_s(self.rules, rest));
         let own_s = self.clocks[self.at_wheel].missing_s(self.rules, rest);
         lengths_s.reduce(f64::min).unwrap_or(own_s).max(0.0)
     }

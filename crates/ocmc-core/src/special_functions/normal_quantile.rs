@@ -53,8 +53,8 @@ fn quantiles<S: Simd>(simd: S, values: &mut [f64]) {
         }
         for first in (0..count).step_by(WIDTH) {
             let probabilities = std::array::from_fn(|lane| waiting[first + lane]);
-            let found = tail_quantiles(simd, probabilities);
-            for (place, value) in places[first..count].iter().zip(found) {
+            let quantiles = tail_quantiles(simd, probabilities);
+            for (place, value) in places[first..count].iter().zip(quantiles) {
                 batch[*place] = value;
             }
         }
@@ -205,9 +205,9 @@ mod tests {
         for length in [0, 1, 7, 8, 64, values.len()] {
             let wanted: Vec<u64> =
                 values[..length].iter().map(|p| normal_quantile(*p).to_bits()).collect();
-            let mut found = values[..length].to_vec();
-            normal_quantiles(&mut found);
-            assert_eq!(found.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), wanted);
+            let mut quantiles = values[..length].to_vec();
+            normal_quantiles(&mut quantiles);
+            assert_eq!(quantiles.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), wanted);
         }
     }
 }

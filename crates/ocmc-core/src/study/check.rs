@@ -23,11 +23,11 @@ pub struct StudyError {
 
 pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
     let tree = model.to_tree();
-    let mut found = outside_bounds(&tree);
-    if found.is_empty() {
-        found = rules(model, &tree);
+    let mut problems = outside_bounds(&tree);
+    if problems.is_empty() {
+        problems = rules(model, &tree);
     }
-    if found.is_empty() { Ok(()) } else { Err(StudyError { problems: found }) }
+    if problems.is_empty() { Ok(()) } else { Err(StudyError { problems }) }
 }
 
 /// Values outside the range that is declared of their key, in a [tree](super::tree) of a study.
@@ -204,12 +204,12 @@ pub struct Unusual {
 /// Values outside the range that is usual for their key, in a [tree](super::tree) of a study. A
 /// zero is none, where zero is allowed.
 pub fn outside_usual(tree: &Value) -> Vec<Unusual> {
-    let mut found = Vec::new();
-    collect_unusual(tree, Key(&declarations()), &mut String::new(), &mut found);
-    found
+    let mut unusual = Vec::new();
+    collect_unusual(tree, Key(&declarations()), &mut String::new(), &mut unusual);
+    unusual
 }
 
-fn collect_unusual(value: &Value, key: Key, path: &mut String, found: &mut Vec<Unusual>) {
+fn collect_unusual(value: &Value, key: Key, path: &mut String, unusual: &mut Vec<Unusual>) {
     let number = match value {
         Value::Object(table) if table.contains_key("distribution") => {
             Quantity::deserialize(value).ok().map(|law| law.centre())
@@ -222,14 +222,14 @@ fn collect_unusual(value: &Value, key: Key, path: &mut String, found: &mut Vec<U
                 }
                 path.push_str(name);
                 let below = key.below(name).unwrap_or(Key(&Value::Null));
-                collect_unusual(value, below, path, found);
+                collect_unusual(value, below, path, unusual);
                 path.truncate(above);
             }
             None
         }
         Value::Array(items) => {
             for item in items {
-                collect_unusual(item, key, path, found);
+                collect_unusual(item, key, path, unusual);
             }
             None
         }
@@ -239,7 +239,7 @@ fn collect_unusual(value: &Value, key: Key, path: &mut String, found: &mut Vec<U
         && value != 0.0
         && !(usual.minimum..=usual.maximum).contains(&value)
     {
-        found.push(Unusual { path: path.clone(), value, usual });
+        unusual.push(Unusual { path: path.clone(), value, usual });
     }
 }
 

@@ -93,9 +93,9 @@ fn add_levels(law: &mut Schema, level: &Schema) {
     let said = "Where it is drawn, if not where other quantities of its kind are";
     let mut level = level.clone();
     level.insert("description".to_owned(), said.into());
-    let sd = |of: &str| {
+    let sd = |what: &str| {
         json!({ "type": "number", "minimum": 0.0,
-            "description": format!("Standard deviation between trucks {of}") })
+            "description": format!("Standard deviation between trucks {what}") })
     };
     let laws = law.get_mut("oneOf").and_then(Value::as_array_mut).into_iter().flatten();
     for keys in laws.filter_map(|law| law.get_mut("properties")?.as_object_mut()) {

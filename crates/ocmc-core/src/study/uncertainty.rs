@@ -148,16 +148,16 @@ impl StudyModel {
         let law = law.parameter_uncertainty.then(|| of_curve_speed(law));
         let estimates: Vec<&Estimates> = law.iter().chain(self.uncertainty.values()).collect();
         let mut keys = Vec::new();
-        let n = estimates.iter().map(|of| of.keys.len()).sum();
+        let n = estimates.iter().map(|estimate| estimate.keys.len()).sum();
         let mut correlation = DMatrix::identity(n, n);
-        for of in estimates {
+        for estimate in estimates {
             let first = keys.len();
-            for (i, row) in of.correlation.iter().enumerate() {
+            for (i, row) in estimate.correlation.iter().enumerate() {
                 for (j, r) in row.iter().enumerate() {
                     correlation[(first + i, first + j)] = *r;
                 }
             }
-            let pairs = of.keys.iter().zip(&of.standard_errors);
+            let pairs = estimate.keys.iter().zip(&estimate.standard_errors);
             keys.extend(
                 pairs.map(|(key, &standard_error)| UncertainKey {
                     key: key.clone(),

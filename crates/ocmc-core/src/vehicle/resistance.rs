@@ -361,8 +361,8 @@ mod tests {
         for k in 0..=2000 {
             let angle = 20.0 * f64::from(k) / 2000.0;
             let tangent = (angle / DEGREES).tan();
-            let found = fast.increment_m2(one(tangent))[0];
-            worst = worst.max((found - model.increment_m2(angle)).abs());
+            let increment_m2 = fast.increment_m2(one(tangent))[0];
+            worst = worst.max((increment_m2 - model.increment_m2(angle)).abs());
         }
         assert!(worst < 0.0015, "{worst}");
     }
@@ -453,8 +453,8 @@ mod tests {
         let mm_per_h = 1e-3 / 3600.0;
         let wet = |rain: f64, snow| rolling_wet_factor(rain * mm_per_h, snow);
         let factors = [wet(0.0, false), wet(0.5, false), wet(2.0, false), wet(2.0, true)];
-        for (found, wanted) in factors.into_iter().zip([1.0, 1.025, 1.05, 1.25]) {
-            assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+        for (factor, wanted) in factors.into_iter().zip([1.0, 1.025, 1.05, 1.25]) {
+            assert!((factor - wanted).abs() < 1e-12, "{factor} {wanted}");
         }
         let friction =
             [(0.0, false), (1e-7, false), (1e-7, true)].map(|(p, snow)| braking_friction(p, snow));
@@ -467,8 +467,8 @@ mod tests {
             (0.0, 60.0, 0.982),
             (90.0, 20.0, 1.3),
         ] {
-            let found = rolling_roughness_factor(iri, v);
-            assert!((found - wanted).abs() < 1e-12, "{iri} {v}: {found}");
+            let factor = rolling_roughness_factor(iri, v);
+            assert!((factor - wanted).abs() < 1e-12, "{iri} {v}: {factor}");
         }
     }
 }

@@ -184,26 +184,26 @@ mod tests {
     fn a_root_within_the_box_is_found() {
         // x² e^y = e and x + y = 2 at (1, 1)
         let e = std::f64::consts::E;
-        let found = root(|x| [x[0] * x[0] * libm::exp(x[1]) - e, x[0] + x[1] - 2.0], [0.7, 0.8]);
-        assert!(found.solved, "{found:?}");
-        assert!((found.point[0] - 1.0).abs() < 1e-3 && (found.point[1] - 1.0).abs() < 1e-3);
-        assert_eq!(found.at_bound, [false; 2]);
+        let solution = root(|x| [x[0] * x[0] * libm::exp(x[1]) - e, x[0] + x[1] - 2.0], [0.7, 0.8]);
+        assert!(solution.solved, "{solution:?}");
+        assert!((solution.point[0] - 1.0).abs() < 1e-3 && (solution.point[1] - 1.0).abs() < 1e-3);
+        assert_eq!(solution.at_bound, [false; 2]);
     }
 
     #[test]
     fn where_all_coordinates_stay_on_a_bound_nothing_is_solved() {
-        let found = root(|x| [x[0] - 3.0, x[1] + 1.0], [0.0, 1.0]);
+        let solution = root(|x| [x[0] - 3.0, x[1] + 1.0], [0.0, 1.0]);
         // it is on its way to the corner
-        assert!(found.point[0] > 1.5 && found.point[1] < 0.5, "{found:?}");
-        assert!(found.at_bound == [true; 2] && !found.solved, "{found:?}");
+        assert!(solution.point[0] > 1.5 && solution.point[1] < 0.5, "{solution:?}");
+        assert!(solution.at_bound == [true; 2] && !solution.solved, "{solution:?}");
     }
 
     #[test]
     fn beyond_the_box_a_coordinate_stays_on_its_bound_and_the_other_is_solved() {
         // the root is at (0.5 + 0.1 · −1, −1); y stays at 0, where x = 0.5
-        let found = root(|x| [x[0] - 0.5 - 0.1 * x[1], x[1] + 1.0], [0.0, 1.0]);
-        assert_eq!(found.at_bound, [false, true]);
-        assert!(found.solved && (found.point[0] - 0.5).abs() < 1e-3, "{found:?}");
-        assert!(found.point[1] == 0.0 && (found.residual[1] - 1.0).abs() < 1e-12);
+        let solution = root(|x| [x[0] - 0.5 - 0.1 * x[1], x[1] + 1.0], [0.0, 1.0]);
+        assert_eq!(solution.at_bound, [false, true]);
+        assert!(solution.solved && (solution.point[0] - 0.5).abs() < 1e-3, "{solution:?}");
+        assert!(solution.point[1] == 0.0 && (solution.residual[1] - 1.0).abs() < 1e-12);
     }
 }

@@ -27,8 +27,8 @@ pub struct Trips {
 /// Curves that `ocmc curves` would find in these trips; none of trips that cannot be used. Logs of
 /// curves need 5 Hz: the study's step is the caller's to choose.
 pub fn simulated_curves(study: &Study, trips: &Trips, options: &CurveOptions) -> CurveTable {
-    let found = watched_curves(study, trips, options, || ControlFlow::<Infallible>::Continue(()));
-    match found {
+    let curves = watched_curves(study, trips, options, || ControlFlow::<Infallible>::Continue(()));
+    match curves {
         ControlFlow::Continue(table) => table,
         ControlFlow::Break(never) => match never {},
     }
@@ -83,12 +83,13 @@ fn of_trip(trace: &Trace, driver: u64, options: &CurveOptions) -> CurveTable {
         yaw_rate_radps: column("yaw_rate_radps"),
         ..TripLog::default()
     };
-    let found = detect_curves(&log, options).map_or_else(|_| Vec::new(), |found| found.curves);
+    let curves =
+        detect_curves(&log, options).map_or_else(|_| Vec::new(), |detection| detection.curves);
     CurveTable {
-        driver: vec![driver.to_string(); found.len()],
-        radius_m: found.iter().map(|curve| curve.radius_m).collect(),
-        speed_mps: found.iter().map(|curve| curve.speed_mps).collect(),
-        left: Some(found.iter().map(|curve| curve.left).collect()),
+        driver: vec![driver.to_string(); curves.len()],
+        radius_m: curves.iter().map(|curve| curve.radius_m).collect(),
+        speed_mps: curves.iter().map(|curve| curve.speed_mps).collect(),
+        left: Some(curves.iter().map(|curve| curve.left).collect()),
         ..CurveTable::default()
     }
 }

@@ -82,13 +82,13 @@ mod tests {
     #[test]
     fn the_pass_is_the_double_sum() {
         let rows = [(0.0, [1.0, 2.0]), (1.0, [0.5, -1.0]), (4.0, [2.0, 0.3]), (5.0, [1.0, 1.0])];
-        let found = long_run(rows, 0.7);
+        let sums = long_run(rows, 0.7);
         for a in 0..2 {
             for b in 0..2 {
                 let pairs = rows.iter().flat_map(|s| rows.iter().map(move |t| (s, t)));
                 let wanted: f64 =
                     pairs.map(|(s, t)| s.1[a] * t.1[b] * 0.7f64.powf((s.0 - t.0).abs())).sum();
-                assert!((found[(a, b)] - wanted).abs() < 1e-12);
+                assert!((sums[(a, b)] - wanted).abs() < 1e-12);
             }
         }
         // nothing is remembered
@@ -97,12 +97,12 @@ mod tests {
 
     #[test]
     fn squares_and_cubes_have_their_hermite_coefficients() {
-        let found = hermite(|g| [g * g, g * g * g]);
+        let coefficients = hermite(|g| [g * g, g * g * g]);
         // g² = He_2 + 1, g³ = He_3 + 3 He_1
         for (m, wanted) in
             [[0.0, 3.0], [2f64.sqrt(), 0.0], [0.0, 6f64.sqrt()], [0.0, 0.0]].into_iter().enumerate()
         {
-            for (a, b) in found[m].iter().zip(wanted) {
+            for (a, b) in coefficients[m].iter().zip(wanted) {
                 assert!((a - b).abs() < 1e-9, "{m}: {a} {b}");
             }
         }

@@ -285,13 +285,13 @@ mod tests {
             variance += pulls.dot(&residual.rows(start, size)).powi(2);
         }
         let own: Vec<Cluster> = rows.iter().map(|rows| eliminated(rows, slope)).collect();
-        let found = ClusterMoves::of(&own).unwrap().error_of(&DVector::from_element(1, 1.0));
+        let slope_error = ClusterMoves::of(&own).unwrap().error_of(&DVector::from_element(1, 1.0));
         let products = columns.transpose() * &columns;
         // the 97.5 % quantile of that form, by its eigenvalues and draws
         let shares = SymmetricEigen::new(products.clone()).eigenvalues / products.trace();
         let mut draws = Draws::new(5, 0, Stream::Vehicle);
         let mut normal = || draws.normal();
-        let (runs, reach) = (400_000, t_of_interval(0.95, found.degrees));
+        let (runs, reach) = (400_000, t_of_interval(0.95, slope_error.degrees));
         let outside = (0..runs).filter(|_| {
             let spread: f64 = shares.iter().map(|share| share * normal().powi(2)).sum();
             normal().powi(2) > reach * reach * spread
@@ -299,8 +299,11 @@ mod tests {
         let (outside, error) =
             (outside.count() as f64 / runs as f64, (0.0475 / runs as f64).sqrt());
         assert!((outside - 0.05).abs() < 4.0 * error, "{outside}");
-        assert!((found.standard_error / variance.sqrt() - 1.0).abs() < 1e-12, "{found:?}");
-        assert_eq!(found.informative, 4);
+        assert!(
+            (slope_error.standard_error / variance.sqrt() - 1.0).abs() < 1e-12,
+            "{slope_error:?}"
+        );
+        assert_eq!(slope_error.informative, 4);
     }
 
     #[test]
@@ -311,18 +314,18 @@ mod tests {
             score: DVector::from_element(1, draws.normal()),
         };
         let clusters: Vec<Cluster> = (0..7).map(cluster).collect();
-        let found = ClusterMoves::of(&clusters).unwrap().error_of(&DVector::from_element(1, 1.0));
-        assert!((found.degrees - 6.0).abs() < 1e-6, "{found:?}");
+        let error = ClusterMoves::of(&clusters).unwrap().error_of(&DVector::from_element(1, 1.0));
+        assert!((error.degrees - 6.0).abs() < 1e-6, "{error:?}");
         // G/(G − 1) times the plain sandwich
         let plain: f64 = clusters.iter().map(|cluster| (cluster.score[0] / 14.0).powi(2)).sum();
-        assert!((found.standard_error - (7.0 / 6.0 * plain).sqrt()).abs() < 1e-14);
+        assert!((error.standard_error - (7.0 / 6.0 * plain).sqrt()).abs() < 1e-14);
     }
 
     #[test]
     fn a_cluster_that_determines_a_coefficient_alone_says_nothing_of_its_error() {
         let rows = clusters(&[300, 1, 1, 1, 1], &mut Draws::new(2, 0, Stream::Vehicle));
         let own: Vec<Cluster> = rows.iter().map(|rows| eliminated(rows, 0.1)).collect();
-        let found = ClusterMoves::of(&own).unwrap().error_of(&DVector::from_element(1, 1.0));
-        assert_eq!((found.informative, found.standard_error), (0, 0.0));
+        let error = ClusterMoves::of(&own).unwrap().error_of(&DVector::from_element(1, 1.0));
+        assert_eq!((error.informative, error.standard_error), (0, 0.0));
     }
 }

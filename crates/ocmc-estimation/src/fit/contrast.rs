@@ -44,10 +44,10 @@ pub fn contrast(
     cluster: &[usize],
 ) -> Option<Contrast> {
     let n = value.len();
-    let of = |kind: bool| -> BTreeSet<usize> {
+    let clusters_of = |kind: bool| -> BTreeSet<usize> {
         (0..n).filter(|k| is_of[*k] == kind).map(|k| cluster[k]).collect()
     };
-    let (with, without) = (of(true), of(false));
+    let (with, without) = (clusters_of(true), clusters_of(false));
     let both = with.intersection(&without).count();
     let is_within = both >= FEWEST_BOTH;
     // a single cluster has independent rows
@@ -127,9 +127,9 @@ mod tests {
         let mut covered = 0;
         for seed in 0..400 {
             let (y, is_of, x, cluster) = rows(seed);
-            let found = contrast(&y, &is_of, &x, &cluster).unwrap();
-            assert!(found.is_within && found.clusters_of_both == 12);
-            covered += usize::from(found.ci95[0] <= -0.03 && -0.03 <= found.ci95[1]);
+            let contrast = contrast(&y, &is_of, &x, &cluster).unwrap();
+            assert!(contrast.is_within && contrast.clusters_of_both == 12);
+            covered += usize::from(contrast.ci95[0] <= -0.03 && -0.03 <= contrast.ci95[1]);
         }
         // 95 % of 400 with three binomial errors
         assert!((367..=393).contains(&covered), "{covered}");
@@ -139,8 +139,8 @@ mod tests {
     fn clusters_of_one_kind_are_compared_and_a_kind_that_is_another_column_is_none() {
         let (y, _, x, cluster) = rows(1);
         let even: Vec<bool> = cluster.iter().map(|truck| truck % 2 == 0).collect();
-        let found = contrast(&y, &even, &x, &cluster).unwrap();
-        assert!(!found.is_within && found.clusters_of_both == 0 && found.degrees < 11.0);
+        let compared = contrast(&y, &even, &x, &cluster).unwrap();
+        assert!(!compared.is_within && compared.clusters_of_both == 0 && compared.degrees < 11.0);
         let same = even.iter().map(|is| f64::from(u8::from(*is))).collect();
         assert_eq!(contrast(&y, &even, &[same], &cluster), None);
     }

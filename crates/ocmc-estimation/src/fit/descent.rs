@@ -61,8 +61,8 @@ pub(crate) fn descend(
             }
             share *= 0.5;
         }
-        let Some(found) = moved else { break };
-        (point, value) = found;
+        let Some(lower) = moved else { break };
+        (point, value) = lower;
     }
     (point, value)
 }

@@ -33,13 +33,13 @@ impl WithinGroups {
     pub fn fit(value: &[f64], columns: &[Vec<f64>], group: &[usize], counts: &[bool]) -> Self {
         let rows = || (0..value.len()).filter(|k| counts[*k]);
         let groups = group.iter().max().map_or(0, |last| last + 1);
-        let centred = |of: &[f64]| -> Vec<f64> {
+        let centred = |values: &[f64]| -> Vec<f64> {
             let mut sums = vec![(0.0, 0.0); groups];
             for k in rows() {
-                sums[group[k]].0 += of[k];
+                sums[group[k]].0 += values[k];
                 sums[group[k]].1 += 1.0;
             }
-            rows().map(|k| of[k] - sums[group[k]].0 / sums[group[k]].1).collect()
+            rows().map(|k| values[k] - sums[group[k]].0 / sums[group[k]].1).collect()
         };
         let y = centred(value);
         let x: Vec<Vec<f64>> = columns.iter().map(|column| centred(column)).collect();
@@ -118,13 +118,14 @@ pub fn variances(value: &[f64], columns: &[Vec<f64>], group: &[usize], sd: &[f64
     }
     let [one, by, square, y, with] = sum;
     let determinant = one * square - by * by;
-    let mut found = [(square * y - by * with) / determinant, (one * with - by * y) / determinant];
-    if !(determinant > 1e-9 * one * square) || found[1] < 0.0 {
-        found = [y / one, 0.0];
-    } else if found[0] < 0.0 {
-        found = [0.0, with / square];
+    let mut components =
+        [(square * y - by * with) / determinant, (one * with - by * y) / determinant];
+    if !(determinant > 1e-9 * one * square) || components[1] < 0.0 {
+        components = [y / one, 0.0];
+    } else if components[0] < 0.0 {
+        components = [0.0, with / square];
     }
-    let [a, b] = found;
+    let [a, b] = components;
     if !(a + b > 0.0) {
         return vec![1.0; n];
     }
@@ -207,9 +208,9 @@ mod tests {
             group.push(k % 40);
             sd.push(s);
         }
-        for (found, s) in variances(&value, &[], &group, &sd).iter().zip(&sd) {
+        for (variance, s) in variances(&value, &[], &group, &sd).iter().zip(&sd) {
             // within what 2000 squares tell: 2/2000 of a variance squared, and its slope
-            assert!((found / (0.0009 + 0.5 * s * s) - 1.0).abs() < 0.15, "{found} {s}");
+            assert!((variance / (0.0009 + 0.5 * s * s) - 1.0).abs() < 0.15, "{variance} {s}");
         }
     }
 }

@@ -141,8 +141,8 @@ impl GroupedRows {
         }
         let criterion = |theta: &[f64; D]| {
             let profile = self.profile(&factor(theta));
-            let found = profile.map(|profile| self.criterion(&profile));
-            found.filter(|found| found.is_finite()).unwrap_or(f64::INFINITY)
+            let criterion = profile.map(|profile| self.criterion(&profile));
+            criterion.filter(|criterion| criterion.is_finite()).unwrap_or(f64::INFINITY)
         };
         // effects a tenth or as large as the residual: the search meets either from its own side
         let small = start.map(|theta| 0.1 * theta);

@@ -18,10 +18,10 @@ pub(crate) fn minimise<const D: usize>(
 ) -> ([f64; D], f64) {
     let (mut best, mut value) = (start, function(&start));
     for _ in 0..MOST_SEARCHES {
-        let (point, found) = search(&function, best, step);
-        let settled = !(found < value - 1e-12 * (1.0 + value.abs()));
-        if found <= value {
-            (best, value) = (point, found);
+        let (point, lowest) = search(&function, best, step);
+        let settled = !(lowest < value - 1e-12 * (1.0 + value.abs()));
+        if lowest <= value {
+            (best, value) = (point, lowest);
         }
         if settled {
             break;

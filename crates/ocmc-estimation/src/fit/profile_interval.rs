@@ -112,9 +112,9 @@ pub fn between_groups(values: &[f64], variances: &[f64]) -> Option<SpreadOfGroup
     let spread =
         values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / (n - 1.0);
     let start = libm::sqrt(spread).max(1e-12);
-    let (found, value) = minimise(|tau: &[f64; 1]| deviance(tau[0]), [start], 0.5 * start);
+    let (lowest, value) = minimise(|tau: &[f64; 1]| deviance(tau[0]), [start], 0.5 * start);
     // at the boundary the search ends within its own accuracy of 0
-    let sd = if deviance(0.0) <= value + 1e-9 { 0.0 } else { found[0].abs() };
+    let sd = if deviance(0.0) <= value + 1e-9 { 0.0 } else { lowest[0].abs() };
     let (mean, sum) = weighted(sd);
     Some(SpreadOfGroups {
         sd,
@@ -133,12 +133,12 @@ mod tests {
     fn equal_errors_have_the_closed_form() {
         // τ² = sample variance less the variance of the values
         let values = [1.0, 2.5, 0.3, 1.9, 3.1, 0.8];
-        let found = between_groups(&values, &[0.2; 6]).unwrap();
+        let estimate = between_groups(&values, &[0.2; 6]).unwrap();
         let mean = values.iter().sum::<f64>() / 6.0;
         let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 5.0;
-        assert!((found.sd - (variance - 0.2).sqrt()).abs() < 1e-6, "{found:?}");
-        assert!((found.mean - mean).abs() < 1e-9);
-        assert!((found.mean_standard_error - (variance / 6.0).sqrt()).abs() < 1e-6);
+        assert!((estimate.sd - (variance - 0.2).sqrt()).abs() < 1e-6, "{estimate:?}");
+        assert!((estimate.mean - mean).abs() < 1e-9);
+        assert!((estimate.mean_standard_error - (variance / 6.0).sqrt()).abs() < 1e-6);
         // groups that differ by less than their errors
         let alike = between_groups(&values, &[9.0; 6]).unwrap();
         assert!(alike.sd == 0.0 && alike.ci95[0] == 0.0 && alike.ci95[1] > 0.0, "{alike:?}");

@@ -446,11 +446,12 @@ mod tests {
         for seed in 1..=3 {
             let fit = fit(&rows(seed, 1.2), 3).unwrap();
             assert!(fit.cut > 1500);
-            let mut found: Vec<(f64, f64)> =
+            let mut estimates: Vec<(f64, f64)> =
                 fit.levels.iter().copied().zip(fit.level_variances.iter().copied()).collect();
-            found.push((fit.coefficients[0], fit.covariance[(0, 0)]));
-            found.push((fit.sigma, fit.sigma_standard_error.powi(2)));
-            for ((value, variance), wanted) in found.into_iter().zip([0.0, 1.0, 2.0, 0.5, 0.7]) {
+            estimates.push((fit.coefficients[0], fit.covariance[(0, 0)]));
+            estimates.push((fit.sigma, fit.sigma_standard_error.powi(2)));
+            for ((value, variance), wanted) in estimates.into_iter().zip([0.0, 1.0, 2.0, 0.5, 0.7])
+            {
                 let error = variance.sqrt();
                 assert!(error < 0.05);
                 assert!((value - wanted).abs() < 4.0 * error, "{value} ± {error}, {wanted}");
@@ -511,7 +512,9 @@ mod tests {
         let sets: Vec<TobitFit> =
             (0..40).filter_map(|seed| fit(&drawn(seed, 2.3, 300, 60), 60)).collect();
         assert!(sets.len() >= 20, "{}", sets.len());
-        let mean = |of: fn(&TobitFit) -> f64| sets.iter().map(of).sum::<f64>() / sets.len() as f64;
+        let mean = |value_of: fn(&TobitFit) -> f64| {
+            sets.iter().map(value_of).sum::<f64>() / sets.len() as f64
+        };
         let variance = mean(|fit| (fit.sigma - 0.7).powi(2));
         let error = (variance / sets.len() as f64).sqrt();
         let sigma = mean(|fit| fit.sigma);

@@ -187,9 +187,9 @@ fn fit_measured(
     let mut speed_noise_sd = None;
     if let Some(ratios) = speed_ratios.filter(|_| !fitted.is_empty()) {
         let (speeds, interval_s) = speeds(records, ratios, &fitted, &days, base);
-        if let Some(found) = speeds.fit() {
-            speed_noise_sd = Some(found.noise_sd);
-            set_speeds(&mut estimates, &mut model, &fitted, &speeds, &found, interval_s);
+        if let Some(speed_fit) = speeds.fit() {
+            speed_noise_sd = Some(speed_fit.noise_sd);
+            set_speeds(&mut estimates, &mut model, &fitted, &speeds, &speed_fit, interval_s);
         } else {
             estimates.name = "speeds";
             estimates.stays(
@@ -233,12 +233,12 @@ fn fit_measured(
 /// The day of its site that each record belongs to, counted over all sites.
 fn days(records: &[TrafficRecord]) -> Vec<usize> {
     let mut places: BTreeMap<(&str, i64), usize> = BTreeMap::new();
-    let of = |record| {
+    let day_of = |record| {
         let TrafficRecord { site, time_s, .. }: &TrafficRecord = record;
         let next = places.len();
         *places.entry((site, (time_s / DAY_S).floor() as i64)).or_insert(next)
     };
-    records.iter().map(of).collect()
+    records.iter().map(day_of).collect()
 }
 
 /// Standard errors of estimates whose equations these days sum up to, each for its own; none with
@@ -250,8 +250,8 @@ fn day_errors(mut days: Vec<Cluster>) -> Option<Vec<f64>> {
     }
     let width = days[0].score.len();
     let moves = ClusterMoves::of(&days)?;
-    let error = |of: usize| {
-        let error = moves.error_of(&DVector::from_fn(width, |k, _| f64::from(k == of)));
+    let error = |column: usize| {
+        let error = moves.error_of(&DVector::from_fn(width, |k, _| f64::from(k == column)));
         (error.informative > 1).then(|| error.written())
     };
     (0..width).map(error).collect()
@@ -309,13 +309,13 @@ fn set_speeds(
     model: &mut TrafficModel,
     fitted: &[(&str, &Vec<usize>)],
     speeds: &Speeds,
-    found: &SpeedFit,
+    speed_fit: &SpeedFit,
     interval_s: f64,
 ) {
-    let error = |k: usize| found.errors.as_ref().map(|errors| errors[k]);
+    let error = |k: usize| speed_fit.errors.as_ref().map(|errors| errors[k]);
     for (place, (road_type, rows)) in fitted.iter().enumerate() {
         let Some(of_type) = model.types.get_mut(*road_type) else { continue };
-        let [off, peak] = found.shares[place];
+        let [off, peak] = speed_fit.shares[place];
         for (key, into, share, error) in [
             ("off_peak_share", &mut of_type.off_peak_share, off, error(2 * place)),
             ("peak_share", &mut of_type.peak_share, peak, error(2 * place + 1)),
@@ -325,10 +325,10 @@ fn set_speeds(
     }
     let last = 2 * fitted.len();
     let n = speeds.rows.len();
-    estimates.set("logit_sd", &mut model.logit_sd, found.logit_sd, error(last), n);
+    estimates.set("logit_sd", &mut model.logit_sd, speed_fit.logit_sd, error(last), n);
     let power = model.step_s / interval_s;
-    let phi = libm::pow(found.correlation, power);
-    let error = error(last + 1).map(|error| error * power * phi / found.correlation);
+    let phi = libm::pow(speed_fit.correlation, power);
+    let error = error(last + 1).map(|error| error * power * phi / speed_fit.correlation);
     let pairs = speeds.pairs[0].len();
     estimates.set("step_correlation", &mut model.step_correlation, phi, error, pairs);
     estimates.warnings.push(

@@ -271,7 +271,7 @@ impl Speeds<'_> {
             sums[1..].iter().rev().fold(0.0, |sum, of_order| rho * (sum + of_order))
         };
         // with the SD whose products one interval apart fit, what two intervals apart are too large
-        let found = |logit_sd: f64| {
+        let solved_at = |logit_sd: f64| {
             let sums = near(logit_sd);
             let rho = bisect(0.0, 1.0, |rho| series(&sums, rho) - sums[0]);
             let far = far(logit_sd);
@@ -280,13 +280,13 @@ impl Speeds<'_> {
             let off = if too_small { f64::INFINITY } else { series(&far, rho * rho) - far[0] };
             (off, rho, sums[0] > 0.0 && far[0] > 0.0)
         };
-        let (at_low, _, known) = found(SPREADS[0]);
-        let (at_high, _, still) = found(SPREADS[1]);
+        let (at_low, _, known) = solved_at(SPREADS[0]);
+        let (at_high, _, still) = solved_at(SPREADS[1]);
         if !(known && still && at_low > 0.0 && at_high < 0.0) {
             return None;
         }
-        let logit_sd = bisect(SPREADS[0], SPREADS[1], |sd| -found(sd).0);
-        Some((logit_sd, found(logit_sd).1))
+        let logit_sd = bisect(SPREADS[0], SPREADS[1], |sd| -solved_at(sd).0);
+        Some((logit_sd, solved_at(logit_sd).1))
     }
 
     /// Standard errors by the sandwich, days of sites as observations.

@@ -59,10 +59,10 @@ pub(super) fn bias(
             point
         }));
     }
-    let found = residuals(&points);
-    let here = &found[0];
+    let at_points = residuals(&points);
+    let here = &at_points[0];
     let mut traces = DVector::zeros(here.len());
-    for ([ahead, back], length) in found[1..].as_chunks().0.iter().zip(&lengths) {
+    for ([ahead, back], length) in at_points[1..].as_chunks().0.iter().zip(&lengths) {
         for (row, trace) in traces.iter_mut().enumerate() {
             *trace += (ahead[row] - 2.0 * here[row] + back[row]) / (length * length);
         }
@@ -88,24 +88,25 @@ mod tests {
         let (n, root, sd) = (40, 0.8, 0.05);
         let mut squares = one_by_one(|x| vec![root * root - x[0] * x[0]; n]);
         let jacobian = DMatrix::from_element(n, 1, -2.0 * root);
-        let found = bias(&mut squares, &[root], &jacobian, &[FREE], sd).expect("it is determined");
+        let biases = bias(&mut squares, &[root], &jacobian, &[FREE], sd).expect("it is determined");
         let expected = -sd * sd / (8.0 * n as f64 * root.powi(3));
-        assert!((found[0] / expected - 1.0).abs() < 1e-9, "{found:?}, {expected}");
+        assert!((biases[0] / expected - 1.0).abs() < 1e-9, "{biases:?}, {expected}");
         // y₁ = a b and y₂ = b, a measurement each: a = y₁ / y₂ has the bias a s² / b², b none
         let (a, b) = (3.0, 2.0);
         let mut ratio = one_by_one(|x| vec![a * b - x[0] * x[1], b - x[1]]);
         let jacobian = DMatrix::from_row_slice(2, 2, &[-b, -a, 0.0, -1.0]);
-        let found = bias(&mut ratio, &[a, b], &jacobian, &[FREE; 2], sd).expect("it is determined");
-        assert!((found[0] / (a * sd * sd / (b * b)) - 1.0).abs() < 1e-9, "{found:?}");
-        assert!(found[1].abs() < 1e-12, "{found:?}");
+        let biases =
+            bias(&mut ratio, &[a, b], &jacobian, &[FREE; 2], sd).expect("it is determined");
+        assert!((biases[0] / (a * sd * sd / (b * b)) - 1.0).abs() < 1e-9, "{biases:?}");
+        assert!(biases[1].abs() < 1e-12, "{biases:?}");
     }
 
     #[test]
     fn straight_residuals_have_none_and_a_bound_says_nothing() {
         let mut line = one_by_one(|x| vec![1.0 - x[0] - x[1], x[0] - 3.0 * x[1], 0.5 - x[1]]);
         let jacobian = DMatrix::from_row_slice(3, 2, &[-1.0, -1.0, 1.0, -3.0, 0.0, -1.0]);
-        let found = bias(&mut line, &[0.4, 0.3], &jacobian, &[FREE; 2], 0.1).expect("determined");
-        assert!(found.iter().all(|bias| bias.abs() < 1e-12), "{found:?}");
+        let biases = bias(&mut line, &[0.4, 0.3], &jacobian, &[FREE; 2], 0.1).expect("determined");
+        assert!(biases.iter().all(|bias| bias.abs() < 1e-12), "{biases:?}");
         // one that stands at its bound stays there, one that is close to it is not known
         let held = bias(&mut line, &[0.4, 0.3], &jacobian, &[FREE, [0.3, 1.0]], 0.1);
         assert_eq!(held.expect("the other one is determined")[1], 0.0);

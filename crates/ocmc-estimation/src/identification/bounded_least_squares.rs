@@ -158,9 +158,9 @@ pub fn minimise(
                 _ => Differences::default(),
             };
             points.extend(next.points.iter().cloned());
-            let mut found = residuals(&points);
-            let beside = found.split_off(trials.len());
-            for (trial, new_r) in trials.into_iter().zip(found) {
+            let mut at_points = residuals(&points);
+            let beside = at_points.split_off(trials.len());
+            for (trial, new_r) in trials.into_iter().zip(at_points) {
                 let new_sum = square_sum(&new_r);
                 if new_sum < sum {
                     let taken: Vec<f64> = (0..count).map(|k| trial.to[k] - x[k]).collect();
@@ -225,9 +225,9 @@ impl Differences {
     }
 
     /// The derivatives, from the residuals at the points.
-    fn jacobian(&self, found: &[Vec<f64>], rows: usize, count: usize) -> DMatrix<f64> {
+    fn jacobian(&self, at_points: &[Vec<f64>], rows: usize, count: usize) -> DMatrix<f64> {
         let mut jacobian = DMatrix::zeros(rows, count);
-        for ((k, wide), [above, below]) in self.widths.iter().zip(found.as_chunks().0) {
+        for ((k, wide), [above, below]) in self.widths.iter().zip(at_points.as_chunks().0) {
             for row in 0..rows {
                 jacobian[(row, *k)] = (above[row] - below[row]) / wide;
             }
@@ -283,20 +283,20 @@ mod tests {
     fn rosenbrock_with_and_without_a_box() {
         let free = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
         let tolerances = Tolerances::default();
-        let found = minimise(&mut one_by_one(rosenbrock), &[-1.2, 1.0], &free, &tolerances);
-        assert!(found.converged && found.sum_of_squares < 1e-20, "{found:?}");
+        let minimum = minimise(&mut one_by_one(rosenbrock), &[-1.2, 1.0], &free, &tolerances);
+        assert!(minimum.converged && minimum.sum_of_squares < 1e-20, "{minimum:?}");
         // with x0 <= 0.5 the best is at the bound: x1 = 0.25
         let bounds = [[f64::NEG_INFINITY, 0.5], [f64::NEG_INFINITY, 2.0]];
-        let found = minimise(&mut one_by_one(rosenbrock), &[-1.2, 1.0], &bounds, &tolerances);
-        assert!(found.parameters[0] == 0.5 && (found.parameters[1] - 0.25).abs() < 1e-6);
-        assert!(found.converged && (found.sum_of_squares - 0.25).abs() < 1e-10);
+        let minimum = minimise(&mut one_by_one(rosenbrock), &[-1.2, 1.0], &bounds, &tolerances);
+        assert!(minimum.parameters[0] == 0.5 && (minimum.parameters[1] - 0.25).abs() < 1e-6);
+        assert!(minimum.converged && (minimum.sum_of_squares - 0.25).abs() < 1e-10);
     }
 
     #[test]
     fn what_is_not_finite_is_not_taken() {
         let mut logarithm = one_by_one(|x| vec![libm::log(x[0]) - 1.0]);
         let free = [[f64::NEG_INFINITY, f64::INFINITY]];
-        let found = minimise(&mut logarithm, &[20.0], &free, &Tolerances::default());
-        assert!((found.parameters[0] - std::f64::consts::E).abs() < 1e-9, "{found:?}");
+        let minimum = minimise(&mut logarithm, &[20.0], &free, &Tolerances::default());
+        assert!((minimum.parameters[0] - std::f64::consts::E).abs() < 1e-9, "{minimum:?}");
     }
 }

@@ -382,15 +382,15 @@ fn start_of(log: &PedalLog, values: &[f64]) -> StartPolynomial {
         let matrix = DMatrix::from_fn(rows, degree + 1, power);
         let factors = matrix.clone().qr();
         let projected = factors.q().transpose() * &right;
-        let Some(found) = factors.r().solve_upper_triangular(&projected) else { continue };
+        let Some(solution) = factors.r().solve_upper_triangular(&projected) else { continue };
         let freedom = (rows - degree - 1) as f64;
-        let scatter = (&right - matrix * &found).norm() / freedom.sqrt();
+        let scatter = (&right - matrix * &solution).norm() / freedom.sqrt();
         let error = scatter / factors.r()[(degree, degree)].abs();
-        let moves = found[degree].abs() > SIGNIFICANT * error;
+        let moves = solution[degree].abs() > SIGNIFICANT * error;
         if degree == 1 || moves {
             let identity = DMatrix::identity(degree + 1, degree + 1);
             let inverse = factors.r().solve_upper_triangular(&identity).unwrap_or(identity);
-            let coefficients = found.iter().copied().collect();
+            let coefficients = solution.iter().copied().collect();
             return StartPolynomial { coefficients, inverse, moves };
         }
     }
@@ -433,12 +433,18 @@ mod tests {
         let log = PedalLog { grade: vec![0.0; 40], time_s, ..PedalLog::default() };
         let time_s = &log.time_s;
         let cubic: Vec<f64> = time_s.iter().map(|t| 0.3 + 0.2 * (t - 7.0).powi(3)).collect();
-        let found = start_of(&log, &cubic).coefficients;
-        assert!((lagged(&found, 0.5) - (0.3 - 0.125 * 6.0 * 0.2)).abs() < 1e-9, "{found:?}");
+        let coefficients = start_of(&log, &cubic).coefficients;
+        assert!(
+            (lagged(&coefficients, 0.5) - (0.3 - 0.125 * 6.0 * 0.2)).abs() < 1e-9,
+            "{coefficients:?}"
+        );
         // noise does not bend
         let noisy: Vec<f64> =
             time_s.iter().enumerate().map(|(k, t)| 0.1 * t + [0.02, -0.02][k % 2]).collect();
-        let found = start_of(&log, &noisy).coefficients;
-        assert!(found.len() == 2 && (found[1] - 0.1).abs() < 0.02, "{found:?}");
+        let coefficients = start_of(&log, &noisy).coefficients;
+        assert!(
+            coefficients.len() == 2 && (coefficients[1] - 0.1).abs() < 0.02,
+            "{coefficients:?}"
+        );
     }
 }

@@ -33,9 +33,9 @@ pub fn descend(
             };
             let trials: Vec<Vec<f64>> =
                 (from..count).flat_map(|k| [1.0, -1.0].map(|side| trial(k, side))).collect();
-            let found = values(&trials);
-            let Some(place) = found.iter().position(|here| *here < lowest) else { break };
-            (best, lowest) = (trials[place].clone(), found[place]);
+            let at_trials = values(&trials);
+            let Some(place) = at_trials.iter().position(|here| *here < lowest) else { break };
+            (best, lowest) = (trials[place].clone(), at_trials[place]);
             improved = true;
             from += place / 2 + 1;
         }

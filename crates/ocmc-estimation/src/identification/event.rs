@@ -169,20 +169,20 @@ impl PedalLog {
     /// Rows `first` to `end` (excluded).
     #[must_use]
     pub fn part(&self, first: usize, end: usize) -> Self {
-        let of = |column: &Vec<f64>| column[first..end].to_vec();
+        let part_of = |column: &Vec<f64>| column[first..end].to_vec();
         Self {
-            time_s: of(&self.time_s),
-            speed_mps: of(&self.speed_mps),
-            accelerator: of(&self.accelerator),
-            brake: of(&self.brake),
-            grade: of(&self.grade),
-            position_m: self.position_m.as_ref().map(of),
-            gear: self.gear.as_ref().map(of),
+            time_s: part_of(&self.time_s),
+            speed_mps: part_of(&self.speed_mps),
+            accelerator: part_of(&self.accelerator),
+            brake: part_of(&self.brake),
+            grade: part_of(&self.grade),
+            position_m: self.position_m.as_ref().map(part_of),
+            gear: self.gear.as_ref().map(part_of),
             last_shift: self.last_shift_before(first),
             ended_by: self.ended_by.filter(|_| end == self.time_s.len()),
-            limit_mps: self.limit_mps.as_ref().map(of),
-            curvature_per_m: self.curvature_per_m.as_ref().map(of),
-            grade_error: self.grade_error.as_ref().map(of),
+            limit_mps: self.limit_mps.as_ref().map(part_of),
+            curvature_per_m: self.curvature_per_m.as_ref().map(part_of),
+            grade_error: self.grade_error.as_ref().map(part_of),
             air_temperature_k: self.air_temperature_k,
         }
     }
@@ -295,7 +295,7 @@ impl PedalLog {
             ("gear", self.gear.as_ref()),
             ("error of the grade", self.grade_error.as_ref()),
         ];
-        let known = || columns.into_iter().filter_map(|(column, of)| Some((column, of?)));
+        let known = || columns.into_iter().filter_map(|(column, values)| Some((column, values?)));
         if let Some((column, values)) = known().find(|(_, values)| values.len() != rows) {
             return Err(EventError::Lengths { column, expected: rows, found: values.len() });
         }

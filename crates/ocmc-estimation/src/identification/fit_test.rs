@@ -74,7 +74,7 @@ pub struct FitTest {
 
 /// Residuals away from the stops, in units of the noise, with their time and pedal.
 fn informative(rows: &[ComparedRow], noise: [f64; 2]) -> Vec<(usize, f64, f64)> {
-    let mut found = Vec::new();
+    let mut differences = Vec::new();
     for pedal in 0..2 {
         let sd = noise[pedal];
         let (mut first, mut end, mut sum) = (0, 0, 0.0);
@@ -92,11 +92,11 @@ fn informative(rows: &[ComparedRow], noise: [f64; 2]) -> Vec<(usize, f64, f64)> 
             let released = mean < close && simulated < close;
             let pressed = 1.0 - mean < close && 1.0 - simulated < close;
             if !(released || pressed) {
-                found.push((pedal, row.time_s, (measured - simulated) / sd));
+                differences.push((pedal, row.time_s, (measured - simulated) / sd));
             }
         }
     }
-    found
+    differences
 }
 
 impl FitTest {
@@ -251,9 +251,9 @@ mod tests {
         };
         let mut refused = 0;
         for seed in 1..=300 {
-            let found = test(seed, &|_| 0.0);
-            assert_eq!(found.compared, 800);
-            refused += usize::from(!found.misfits().is_empty());
+            let tested = test(seed, &|_| 0.0);
+            assert_eq!(tested.compared, 800);
+            refused += usize::from(!tested.misfits().is_empty());
         }
         // a level of 1 %: more than 9 come once in a thousand times
         assert!(refused <= 9, "{refused} of 300");

@@ -136,8 +136,8 @@ pub fn identify_event(
     options: &IdentifyOptions,
     stop: &AtomicBool,
 ) -> Result<EventFit, EventError> {
-    let found = || identified(study, [driver, event], log, options, None, stop);
-    pool(options.threads).install(found).map(|(fit, _)| fit)
+    let identify = || identified(study, [driver, event], log, options, None, stop);
+    pool(options.threads).install(identify).map(|(fit, _)| fit)
 }
 
 /// Identifies an event, where `mass` is known of the truck before its log is read (kg, standard
@@ -289,13 +289,13 @@ fn biases(
     options: &IdentifyOptions,
 ) -> Vec<f64> {
     let Optimum { parameters, jacobian, .. } = best;
-    let found = is_smooth(options).then(|| {
+    let biases = is_smooth(options).then(|| {
         let residuals = &mut |points: &[Vec<f64>]| problem.residuals(points);
         bias(residuals, parameters, jacobian, &problem.bounds, test.noise_ratio)
     });
     let errors = standard_errors(jacobian, test.noise_ratio);
-    let is_small = |found: &Vec<f64>| found.iter().zip(&errors).all(|(b, e)| b.abs() <= *e);
-    found.flatten().filter(is_small).unwrap_or_else(|| vec![0.0; parameters.len()])
+    let is_small = |biases: &Vec<f64>| biases.iter().zip(&errors).all(|(b, e)| b.abs() <= *e);
+    biases.flatten().filter(is_small).unwrap_or_else(|| vec![0.0; parameters.len()])
 }
 
 /// Standard errors from the derivatives; infinite where they do not determine.

@@ -61,18 +61,18 @@ pub fn identify_log(
     } else {
         Vec::new()
     };
-    let mut found = LogFit { mass_kg: of_all(masses.iter().flatten()), ..LogFit::default() };
+    let mut log_fit = LogFit { mass_kg: of_all(masses.iter().flatten()), ..LogFit::default() };
     for (k, event) in events.iter().enumerate() {
         let others = masses.iter().enumerate().filter(|(other, _)| *other != k);
         let answer = fit(event, options, of_all(others.filter_map(|(_, mass)| mass.as_ref())));
         let stopped = matches!(answer, Err(EventError::Stopped));
         if stopped {
-            return found;
+            return log_fit;
         }
-        found.fits.push(answer.map(|(fit, _)| fit));
+        log_fit.fits.push(answer.map(|(fit, _)| fit));
         done();
     }
-    found
+    log_fit
 }
 
 /// The mass by some events, and its standard error; none where they are too few.

@@ -60,11 +60,11 @@ impl Population {
                 continue;
             }
             count += mine.len();
-            let of = |value: &dyn Fn(&EventFit) -> f64| -> Moments {
+            let moments = |value: &dyn Fn(&EventFit) -> f64| -> Moments {
                 Moments::of(&mine.iter().map(|fit| libm::log(value(fit))).collect::<Vec<f64>>())
             };
-            let proportional = of(&|fit| fit.kp);
-            let time = of(&|fit| fit.kp / fit.ki.unwrap_or(f64::NAN)).mean;
+            let proportional = moments(&|fit| fit.kp);
+            let time = moments(&|fit| fit.kp / fit.ki.unwrap_or(f64::NAN)).mean;
             squares += proportional.squares;
             gains.push([proportional.mean, time]);
             let determined = mine.iter().filter(|fit| identifiable(fit, "kd"));

@@ -173,18 +173,18 @@ impl<'a> Problem<'a> {
 
     /// The controller of some parameters.
     fn controller(&self, x: &[f64]) -> Controller {
-        let of = |name| self.value(x, name);
+        let value_of = |name| self.value(x, name);
         Controller {
             proportional: x[0],
-            integral: of("ki").unwrap_or(0.0),
-            derivative: of("kd").unwrap_or(0.0),
-            threshold_mps: of("threshold_mps"),
-            set_speed_mps: of("set_speed_mps").expect("each controller has one"),
-            start: of("start_integral").unwrap_or(0.0),
-            start_speed_mps: of("start_speed_mps").unwrap_or(self.closed.rolling.speed_mps),
-            delay_s: of("delay_s").unwrap_or(0.0),
-            mass_kg: of("mass_kg"),
-            resistance_share: of("resistance_share").unwrap_or(0.0),
+            integral: value_of("ki").unwrap_or(0.0),
+            derivative: value_of("kd").unwrap_or(0.0),
+            threshold_mps: value_of("threshold_mps"),
+            set_speed_mps: value_of("set_speed_mps").expect("each controller has one"),
+            start: value_of("start_integral").unwrap_or(0.0),
+            start_speed_mps: value_of("start_speed_mps").unwrap_or(self.closed.rolling.speed_mps),
+            delay_s: value_of("delay_s").unwrap_or(0.0),
+            mass_kg: value_of("mass_kg"),
+            resistance_share: value_of("resistance_share").unwrap_or(0.0),
         }
     }
 
@@ -309,7 +309,7 @@ impl<'a> Problem<'a> {
         }
         let drives = closed.drive_each(controllers);
         let start_s = self.log.time_s[0];
-        let of = |(controller, drive): (&Controller, &EventSeries)| {
+        let residuals = |(controller, drive): (&Controller, &EventSeries)| {
             let mut r = Vec::with_capacity(rows);
             let mut step = 0;
             for (k, time_s) in self.log.time_s.iter().enumerate() {
@@ -333,7 +333,7 @@ impl<'a> Problem<'a> {
             }));
             r
         };
-        controllers.iter().zip(&drives).map(of).collect()
+        controllers.iter().zip(&drives).map(residuals).collect()
     }
 
     /// How the drive with these parameters compares with the log.
@@ -377,12 +377,14 @@ impl<'a> Problem<'a> {
     /// By how much inputs that are wrong by one standard error each move the residuals.
     pub(super) fn input_errors(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let controller = self.controller(x);
-        let of = |closed: &ClosedLoop| {
+        let residuals_with = |closed: &ClosedLoop| {
             self.residuals_of(closed, &[controller]).pop().expect("one drive has its residuals")
         };
-        let here = of(&self.closed);
+        let here = residuals_with(&self.closed);
         let moved = self.closed.one_error_off(self.log);
-        let less = |other: ClosedLoop| of(&other).iter().zip(&here).map(|(a, b)| a - b).collect();
+        let less = |other: ClosedLoop| {
+            residuals_with(&other).iter().zip(&here).map(|(a, b)| a - b).collect()
+        };
         moved.into_iter().map(less).collect()
     }
 
@@ -410,14 +412,14 @@ impl<'a> Problem<'a> {
         let slope = |low: &[f64], high: &[f64], wide: f64| -> Vec<f64> {
             low.iter().zip(high).map(|(low, high)| (high - low) / wide).collect()
         };
-        let mut found = self.residuals_of(&self.closed, &controllers);
-        let columns = found[4..].as_chunks().0.iter().zip(widths);
+        let mut residuals = self.residuals_of(&self.closed, &controllers);
+        let columns = residuals[4..].as_chunks().0.iter().zip(widths);
         let columns = columns.map(|([low, high], wide)| slope(low, high, wide)).collect();
         let extra = [
-            slope(&found[0], &found[1], DELAY_STEP_S),
-            slope(&found[2], &found[3], 2.0 * MASS_STEP),
+            slope(&residuals[0], &residuals[1], DELAY_STEP_S),
+            slope(&residuals[2], &residuals[3], 2.0 * MASS_STEP),
         ];
-        (found.swap_remove(0), columns, extra)
+        (residuals.swap_remove(0), columns, extra)
     }
 
     pub(super) fn is_stopped(&self) -> bool {

@@ -20,9 +20,9 @@ impl Problem<'_> {
         let others: Vec<usize> = (0..count).filter(free).collect();
         let factors = best.jacobian.select_columns(&others).qr();
         let projected = factors.q().transpose() * best.jacobian.column(k);
-        if let Some(found) = factors.r().solve_upper_triangular(&projected) {
+        if let Some(solution) = factors.r().solve_upper_triangular(&projected) {
             for (place, j) in others.into_iter().enumerate() {
-                rates[j] = if found[place].is_finite() { -found[place] } else { 0.0 };
+                rates[j] = if solution[place].is_finite() { -solution[place] } else { 0.0 };
             }
         }
         rates

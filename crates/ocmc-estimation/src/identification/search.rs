@@ -206,10 +206,11 @@ impl Found {
         let (residuals, columns, [late, heavy]) = problem.scores(&best.parameters);
         // the residuals of a switched driver jump: a step says nothing about what is missing
         let jumps = options.controller == ControllerKind::Switched;
-        let of = |unknown: bool, extra: &[f64]| {
+        let score_of = |unknown: bool, extra: &[f64]| {
             if unknown || jumps { None } else { score(&residuals, &columns, extra) }
         };
-        let scores = [of(options.unknown.delay, &late), of(options.unknown.mass, &heavy)];
+        let scores =
+            [score_of(options.unknown.delay, &late), score_of(options.unknown.mass, &heavy)];
         let (least, count) = (resolution_sd(options), best.parameters.len());
         let test = FitTest::of(&comparison.rows, problem.noise, least, count, scores);
         let growth = NORMAL_95 * test.deviation(least);

@@ -101,7 +101,7 @@ fn allowed_speeds(drive: &PedalLog, study: &Study) -> Vec<(f64, SpeedSetter)> {
     let typical = driver.curve_speed.sample(&Streams::new(0, 0), false);
     let spread = libm::hypot(driver.curve_speed.driver_sd, driver.curve_speed.residual_sd);
     let slow = libm::exp(-SLOWEST_NORMAL * spread);
-    let curvature = drive.curvature_per_m.as_ref().map(|of| averages(&drive.time_s, of));
+    let curvature = drive.curvature_per_m.as_ref().map(|per_m| averages(&drive.time_s, per_m));
     let position_m = drive.positions_m();
     let (mut node, mut setter) = (f64::INFINITY, SpeedSetter::Unknown);
     let mut allowed = vec![(node, setter); position_m.len()];
@@ -119,7 +119,7 @@ fn allowed_speeds(drive: &PedalLog, study: &Study) -> Vec<(f64, SpeedSetter)> {
         {
             take(compliance * limit_mps[row], SpeedSetter::Limit);
         }
-        if let Some(per_m) = curvature.as_ref().map(|of| of[row])
+        if let Some(per_m) = curvature.as_ref().map(|averages| averages[row])
             && per_m.abs() > STRAIGHT_PER_M
         {
             let speed_mps = typical.speed_mps(1.0 / per_m.abs(), per_m > 0.0, 0.0);

@@ -68,8 +68,8 @@ mod tests {
     fn exact_points_give_the_exact_radius() {
         for (radius, turn, points) in [(20.0, 1.5, 4), (150.0, 0.3, 6), (500.0, 0.1, 30)] {
             let (x, y) = arc(radius, turn, points);
-            let found = fitted_radius(&x, &y).unwrap();
-            assert!((found / radius - 1.0).abs() < 1e-6, "{found}");
+            let fitted = fitted_radius(&x, &y).unwrap();
+            assert!((fitted / radius - 1.0).abs() < 1e-6, "{fitted}");
         }
     }
 

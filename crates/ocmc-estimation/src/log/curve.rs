@@ -195,7 +195,7 @@ pub fn detect_curves(log: &TripLog, options: &CurveOptions) -> Result<CurveDetec
     let (pieces, counts) = prepare(log)?;
     let given_lag_s = options.speed_lag_s.given();
     let estimated_lag = if given_lag_s.is_none() { speed_lag_s(log, &pieces) } else { None };
-    let mut found = CurveDetection {
+    let mut detection = CurveDetection {
         counts,
         gyro_bias_radps: options.gyro_bias_radps.given().or_else(|| gyro_bias_radps(&pieces)),
         speed_lag_s: given_lag_s.or(estimated_lag.map(|(lag_s, _)| lag_s)),
@@ -206,26 +206,26 @@ pub fn detect_curves(log: &TripLog, options: &CurveOptions) -> Result<CurveDetec
     for piece in &pieces {
         let mut grid = CurvatureGrid::new(
             piece,
-            found.gyro_bias_radps.unwrap_or(0.0),
-            found.speed_lag_s.unwrap_or(0.0),
+            detection.gyro_bias_radps.unwrap_or(0.0),
+            detection.speed_lag_s.unwrap_or(0.0),
             options.cell_m,
             options.smooth_m,
             options.slowest_mps,
         );
-        grid.start_m = found.way_m;
-        found.way_m += grid.way_m;
-        found.slow_m += grid.slow_cells as f64 * options.cell_m;
+        grid.start_m = detection.way_m;
+        detection.way_m += grid.way_m;
+        detection.slow_m += grid.slow_cells as f64 * options.cell_m;
         grids.push(grid);
     }
     if let Detector::TrainedHiddenMarkov(start) = options.detector {
         let signals: Vec<&[f64]> = grids.iter().map(|grid| grid.smooth_per_m.as_slice()).collect();
-        found.training = Some(start.trained(&signals, options.cell_m));
+        detection.training = Some(start.trained(&signals, options.cell_m));
     }
     for (grid, piece) in grids.iter().zip(&pieces) {
         let directions = match options.detector {
             Detector::Threshold(threshold) => threshold.directions(&grid.smooth_per_m),
             Detector::HiddenMarkov(model) | Detector::TrainedHiddenMarkov(model) => {
-                let model = found.training.map_or(model, |training| training.model);
+                let model = detection.training.map_or(model, |training| training.model);
                 model.directions(&grid.smooth_per_m, options.cell_m)
             }
         };
@@ -235,15 +235,15 @@ pub fn detect_curves(log: &TripLog, options: &CurveOptions) -> Result<CurveDetec
         }
         let neighbourhood = Neighbourhood::new(piece, grid);
         // a run that is too short or too straight is no curve, nor a neighbour
-        parts.retain(|part| is_curve(grid, part, options, &mut found));
+        parts.retain(|part| is_curve(grid, part, options, &mut detection));
         for (k, part) in parts.iter().enumerate() {
             let before = k.checked_sub(1).map(|k| parts[k].end);
             let after = parts.get(k + 1).map(|next| next.first);
             let around = neighbourhood.of([part.first, part.end], before, after);
-            measure(log, piece, grid, part, around, options, &mut found);
+            measure(log, piece, grid, part, around, options, &mut detection);
         }
     }
-    Ok(found)
+    Ok(detection)
 }
 
 impl CurveOptions {
@@ -353,14 +353,14 @@ fn is_curve(
     grid: &CurvatureGrid,
     run: &Run,
     options: &CurveOptions,
-    found: &mut CurveDetection,
+    detection: &mut CurveDetection,
 ) -> bool {
     if ((run.end - run.first) as f64 * options.cell_m) < options.shortest_m {
-        found.too_short += 1;
+        detection.too_short += 1;
         return false;
     }
     let turns = run.turn_rad(grid) >= options.smallest_turn_rad;
-    found.too_straight += usize::from(!turns);
+    detection.too_straight += usize::from(!turns);
     turns
 }
 
@@ -372,7 +372,7 @@ fn measure(
     run: &Run,
     around: Surroundings,
     options: &CurveOptions,
-    found: &mut CurveDetection,
+    detection: &mut CurveDetection,
 ) {
     let cells = run.end - run.first;
     let side = run.side();
@@ -381,7 +381,7 @@ fn measure(
     let (enter_s, leave_s) = (grid.time_s[first], grid.time_s[end]);
     let inner = (end - first) as f64;
     if (first..end).any(|cell| grid.is_slow(cell, options.slowest_mps)) {
-        found.too_slow += 1;
+        detection.too_slow += 1;
         return;
     }
     let radius_m = match options.radius {
@@ -397,13 +397,13 @@ fn measure(
         RadiusDefinition::Positions => radius_of_positions(log, piece, enter_s, leave_s),
     };
     let Some(radius_m) = radius_m else {
-        found.without_radius += 1;
+        detection.without_radius += 1;
         return;
     };
     let gain_mps = speed_at_mps(piece, leave_s) - speed_at_mps(piece, enter_s);
     let middle_s = f64::midpoint(enter_s, leave_s);
     let row = piece.row[piece.time_s.partition_point(|t| *t <= middle_s).max(1) - 1];
-    found.curves.push(DrivenCurve {
+    detection.curves.push(DrivenCurve {
         start_m: grid.start_m + run.first as f64 * options.cell_m,
         end_m: grid.start_m + run.end as f64 * options.cell_m,
         start_s: grid.time_s[run.first],

@@ -314,8 +314,8 @@ mod tests {
     fn finds_the_states_of_a_noisy_road() {
         for seed in 1..=3 {
             let (curvature, truth) = road(seed, 20_000, 5e-4);
-            let found = HiddenMarkov::default().directions(&curvature, 5.0);
-            let wrong = found.iter().zip(&truth).filter(|(a, b)| a != b).count();
+            let directions = HiddenMarkov::default().directions(&curvature, 5.0);
+            let wrong = directions.iter().zip(&truth).filter(|(a, b)| a != b).count();
             assert!((wrong as f64) < 0.005 * truth.len() as f64, "{wrong} of {}", truth.len());
         }
     }

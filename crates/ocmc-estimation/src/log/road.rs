@@ -252,9 +252,9 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
         ..RoadCounts::default()
     };
     let detection = if turns { Some(detect_curves(&log.drive, &options.curves)?) } else { None };
-    let curves = detection.as_ref().map_or(&[][..], |found| &found.curves);
-    counts.curves_dropped = detection.as_ref().map_or(0, |found| {
-        found.too_short + found.too_straight + found.too_slow + found.without_radius
+    let curves = detection.as_ref().map_or(&[][..], |detection| &detection.curves);
+    counts.curves_dropped = detection.as_ref().map_or(0, |detection| {
+        detection.too_short + detection.too_straight + detection.too_slow + detection.without_radius
     });
     counts.cuts = tracks.len().saturating_sub(1);
     let gaps = gaps(&tracks, log);

@@ -306,14 +306,14 @@ impl RoadRows {
         counts: &mut RoadCounts,
     ) -> (Vec<PointEvent>, Vec<bool>) {
         let objects = self.objects(log);
-        let found = objects.len();
+        let count = objects.len();
         let declared = |(first, last, word)| {
             let kind = KINDS.into_iter().find(|kind| kind.map_object == word)?;
             Some((first, last, kind))
         };
         let known: Vec<(usize, usize, &EventDeclaration)> =
             objects.into_iter().filter_map(declared).collect();
-        counts.unknown_objects += found - known.len();
+        counts.unknown_objects += count - known.len();
         // each standstill belongs to the nearest object at which one stops
         let distance_m = |&(first, last, _): &(usize, usize, &EventDeclaration), at_m: f64| {
             let (before, behind) = (way_m[first] - at_m, at_m - way_m[last]);
@@ -323,10 +323,10 @@ impl RoadRows {
         let mut standstill_s: Vec<Option<f64>> = vec![None; known.len()];
         let mut explained = vec![false; stops.len()];
         for (stop, explained) in stops.iter().zip(&mut explained) {
-            let of = |k: &usize| distance_m(&known[*k], stop.position_m);
+            let apart_m = |k: &usize| distance_m(&known[*k], stop.position_m);
             let places = (0..known.len()).filter(|k| known[*k].2.stops);
-            let nearest = places.min_by(|a, b| of(a).total_cmp(&of(b)));
-            if let Some(k) = nearest.filter(|k| of(k).is_finite()) {
+            let nearest = places.min_by(|a, b| apart_m(a).total_cmp(&apart_m(b)));
+            if let Some(k) = nearest.filter(|k| apart_m(k).is_finite()) {
                 *standstill_s[k].get_or_insert(0.0) += stop.duration_s;
                 *explained = true;
             }

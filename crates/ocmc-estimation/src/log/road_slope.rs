@@ -240,11 +240,11 @@ fn averaged(points: Vec<(f64, f64)>, length_m: f64) -> Vec<(f64, f64)> {
     let width = (2 * half + 1).min(even.len());
     let line = |k: usize| {
         let first = k.saturating_sub(half).min(even.len() - width);
-        let of = |j: usize| sums[first + width][j] - sums[first][j];
-        let (n, mean) = (width as f64, of(0) / width as f64);
+        let window_sum = |j: usize| sums[first + width][j] - sums[first][j];
+        let (n, mean) = (width as f64, window_sum(0) / width as f64);
         let middle = first as f64 + 0.5 * (n - 1.0);
         let spread = n * (n * n - 1.0) / 12.0;
-        let slope = if width > 1 { (of(1) - middle * of(0)) / spread } else { 0.0 };
+        let slope = if width > 1 { (window_sum(1) - middle * window_sum(0)) / spread } else { 0.0 };
         mean + slope * (k as f64 - middle)
     };
     (0..even.len()).map(|k| (at(k), line(k))).collect()
@@ -280,15 +280,15 @@ mod tests {
     fn averages_do_not_reach_across_what_is_not_known() {
         // flat at 0 m, nothing over 500 m, flat at 50 m
         let way_m: Vec<f64> = (0..=300).map(|k| 5.0 * f64::from(k)).collect();
-        let of = |at_m: &f64| match *at_m {
+        let altitude_at = |at_m: &f64| match *at_m {
             at_m if at_m <= 500.0 => 0.0,
             at_m if at_m >= 1000.0 => 50.0,
             _ => f64::NAN,
         };
-        let altitude_m: Vec<f64> = way_m.iter().map(of).collect();
+        let altitude_m: Vec<f64> = way_m.iter().map(altitude_at).collect();
         let climb = Climb::of_altitudes(&way_m, &way_m, &altitude_m, 200.0);
         assert_eq!(climb.unobserved_m, [[500.0, 1000.0]]);
-        assert!(climb.altitude.iter().all(|point| point.1 == of(&point.0)));
+        assert!(climb.altitude.iter().all(|point| point.1 == altitude_at(&point.0)));
         // what comes before the first value is not known either
         let late = Climb::of_grades(&[0.0, 10.0, 20.0], &[f64::NAN, f64::NAN, 0.01]);
         assert_eq!((late.unobserved_m, late.missing), (vec![[0.0, 10.0]], 1));
@@ -322,9 +322,9 @@ mod tests {
         // a minute at one place is a few measurements, of all its rows
         let measured = measured(&way_m, &time_s, &altitude_m);
         let at_rest: Vec<_> =
-            measured.iter().filter(|of| (599.0..601.0).contains(&of.position_m)).collect();
+            measured.iter().filter(|point| (599.0..601.0).contains(&point.position_m)).collect();
         assert!((6..=8).contains(&at_rest.len()), "{at_rest:?}");
-        assert_eq!(measured.iter().map(|of| of.rows).sum::<usize>(), way_m.len());
+        assert_eq!(measured.iter().map(|point| point.rows).sum::<usize>(), way_m.len());
     }
 
     #[test]

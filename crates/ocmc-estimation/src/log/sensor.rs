@@ -259,8 +259,11 @@ mod tests {
         {
             let log = drive(rate_hz, lag_s);
             let (pieces, _) = prepare(&log).unwrap();
-            let (found, correlation) = speed_lag_s(&log, &pieces).unwrap();
-            assert!((found - lag_s).abs() < tolerance_s, "{rate_hz} Hz: {found}, {lag_s}");
+            let (estimate_s, correlation) = speed_lag_s(&log, &pieces).unwrap();
+            assert!(
+                (estimate_s - lag_s).abs() < tolerance_s,
+                "{rate_hz} Hz: {estimate_s}, {lag_s}"
+            );
             assert!(correlation > 0.8);
         }
     }

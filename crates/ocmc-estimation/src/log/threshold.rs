@@ -51,8 +51,8 @@ mod tests {
     #[test]
     fn enters_and_leaves_with_hysteresis() {
         let curvature = [0.0, 0.0012, 0.002, 0.0012, 0.0008, -0.0012, -0.0009, -0.01, f64::NAN];
-        let found = Threshold::default().directions(&curvature);
+        let directions = Threshold::default().directions(&curvature);
         // −0.0012 alone is no curve, and −0.0009 lies between it and the right curve
-        assert_eq!(found, [0, 1, 1, 1, 0, 0, 0, -1, 0]);
+        assert_eq!(directions, [0, 1, 1, 1, 0, 0, 0, -1, 0]);
     }
 }

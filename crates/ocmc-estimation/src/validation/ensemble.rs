@@ -140,10 +140,10 @@ impl Ensemble {
 
     /// Speeds at the levels of the bands, at each place, in m/s; NaN where no trip comes.
     pub fn bands(&self) -> Vec<[f64; LEVELS.len()]> {
-        let of = |sample: &Option<Sample>| {
+        let quantiles = |sample: &Option<Sample>| {
             LEVELS.map(|level| sample.as_ref().map_or(f64::NAN, |sample| sample.quantile(level)))
         };
-        self.speeds.iter().map(of).collect()
+        self.speeds.iter().map(quantiles).collect()
     }
 
     /// Scores a drive; none where fewer than two places of its part are passed by it and the trips.
@@ -182,7 +182,7 @@ impl Ensemble {
         let (from_m, to_m) = (self.places.at(first), self.places.at(last));
         let mut values = Vec::new();
         for quantity in Quantity::ALL {
-            let of = |trip: &Passage| match quantity {
+            let value_of = |trip: &Passage| match quantity {
                 Quantity::Duration => trip.duration_s(first, last),
                 Quantity::Moving => trip.duration_s(first, last) - trip.stood(from_m, to_m).1,
                 Quantity::Standstill => trip.stood(from_m, to_m).1,
@@ -190,8 +190,8 @@ impl Ensemble {
                 Quantity::SpeedAtAPlace => f64::from(trip.speed_mps[drawn]),
                 Quantity::Energy => trip.energy(first, last),
             };
-            let (measured, v) = (of(passage), draws.uniform());
-            let sample = Sample::new(self.trips.iter().map(of));
+            let (measured, v) = (value_of(passage), draws.uniform());
+            let sample = Sample::new(self.trips.iter().map(value_of));
             if let Some(sample) = sample.filter(|_| measured.is_finite()) {
                 values.push((quantity, sample.score(measured, v)));
             }

@@ -14,8 +14,8 @@ pub fn passage(places: Places, trace: &Trace, rate: &str) -> Option<Passage> {
         return None;
     }
     let column = |name: &str| {
-        let found = trace.columns.iter().find(|column| column.name == name);
-        found.map_or(&[][..], |column| column.values.as_slice())
+        let column = trace.columns.iter().find(|column| column.name == name);
+        column.map_or(&[][..], |column| column.values.as_slice())
     };
     let [time_s, step_s, position_m] = ["time_s", "step_s", "position_m"].map(column);
     let (speed_mps, rates) = (column("speed_mps"), column(rate));

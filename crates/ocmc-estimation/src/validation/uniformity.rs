@@ -78,8 +78,8 @@ mod tests {
     #[test]
     fn what_is_not_uniform_is_found() {
         let even: Vec<f64> = (0..100).map(|k| (f64::from(k) + 0.5) / 100.0).collect();
-        let found = Uniformity::of(&even, None).unwrap();
-        assert!((found.distance - 0.005).abs() < 1e-12 && found.p > 0.999);
+        let uniformity = Uniformity::of(&even, None).unwrap();
+        assert!((uniformity.distance - 0.005).abs() < 1e-12 && uniformity.p > 0.999);
         let narrow: Vec<f64> = even.iter().map(|u| 0.5 + 0.5 * (u - 0.5)).collect();
         assert!(Uniformity::of(&narrow, None).unwrap().p < 1e-4);
         // the chance of a small sample makes distances larger

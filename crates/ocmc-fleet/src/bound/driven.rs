@@ -130,8 +130,8 @@ impl Driven {
 /// Reads the legs off a trace.
 fn legs(trace: &Trace, gap_s: f64, orders: bool) -> Vec<DrivenLeg> {
     let column = |name: &str| {
-        let found = trace.columns.iter().find(|column| column.name == name);
-        found.map_or(&[][..], |column| column.values.as_slice())
+        let column = trace.columns.iter().find(|column| column.name == name);
+        column.map_or(&[][..], |column| column.values.as_slice())
     };
     let [step, place, speed, desired, brake, gear] =
         ["step_s", "position_m", "speed_mps", "desired_speed_mps", "brake", "gear"].map(column);

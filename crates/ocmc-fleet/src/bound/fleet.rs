@@ -16,12 +16,12 @@ pub fn bounds<T: Send, B>(
     study: &Study,
     plan: &RunPlan,
     fineness: Fineness,
-    of: &(dyn Fn(Found) -> T + Sync),
+    answer_of: &(dyn Fn(Found) -> T + Sync),
     progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<T>> {
     let one = |id: u64, stop: &AtomicBool| {
         let scenario = study.sample_pick_freeze(plan.seed, id, plan.pick_freeze);
-        of(potential(study, &scenario, fineness, stop))
+        answer_of(potential(study, &scenario, fineness, stop))
     };
     each(plan, &one, progress)
 }

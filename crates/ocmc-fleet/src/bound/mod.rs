@@ -295,7 +295,7 @@ impl<'a> Trip<'a> {
     /// The legs of an answer, step by step.
     fn legs_of(&self, answer: &Answer, truck: &Truck) -> Vec<DrivenLeg> {
         let all = answer.ways.iter().zip(&self.places).zip(&self.driven.legs);
-        let of = |((way, places), driven): ((&sweep::Way, &Vec<Place>), &DrivenLeg)| {
+        let leg_of = |((way, places), driven): ((&sweep::Way, &Vec<Place>), &DrivenLeg)| {
             let mut leg = DrivenLeg::begin();
             (leg.rest_s, leg.road_m) = (driven.rest_s, driven.road_m);
             let (mut at, mut now_mps) = (0, places[0].driven_mps);
@@ -314,7 +314,7 @@ impl<'a> Trip<'a> {
             }
             leg
         };
-        all.map(of).collect()
+        all.map(leg_of).collect()
     }
 
     /// Figure of a drive cycle; nothing is paid for yet. `legs`: its legs.

@@ -44,11 +44,11 @@ impl Trip<'_> {
         // a place is free between two pieces of the kind
         let free = |kind: Option<Kind>| -> Vec<Vec<bool>> {
             let is = |piece: Option<&Kind>| kind.is_some() && piece.copied() == kind;
-            let of = |kinds: &Vec<Kind>| {
+            let interior = |kinds: &Vec<Kind>| {
                 let inside = |k: usize| k > 0 && is(kinds.get(k - 1)) && is(kinds.get(k));
                 (0..=kinds.len()).map(inside).collect()
             };
-            legs.iter().map(of).collect()
+            legs.iter().map(interior).collect()
         };
         let taken = |free: Vec<Vec<bool>>, around: Option<Vec<[Track; 2]>>| {
             let prices_w = [price_w; 2];

@@ -171,7 +171,7 @@ impl<'a, const N: usize> Found<'a, N> {
 /// how near.
 fn levels(leg: &Problem, about_mps: f64, around: Option<(&[Track; 2], &Stage)>) -> Vec<Levels> {
     let last = leg.places.len() - 1;
-    let of = |(k, place): (usize, &Place)| {
+    let levels_of = |(k, place): (usize, &Place)| {
         let most_mps = place.most_mps;
         let lowest_mps = LOWEST_MPS.max(LOWEST_SHARE * most_mps).min(0.5 * most_mps);
         let (mut speeds, mut gears) = ([lowest_mps, most_mps], ALL_GEARS);
@@ -189,7 +189,7 @@ fn levels(leg: &Problem, about_mps: f64, around: Option<(&[Track; 2], &Stage)>) 
         }
         Levels { gears, ..Levels::between(speeds[0], speeds[1], about_mps) }
     };
-    leg.places.iter().enumerate().map(of).collect()
+    leg.places.iter().enumerate().map(levels_of).collect()
 }
 
 impl Question<'_> {
@@ -213,23 +213,23 @@ impl Question<'_> {
                 prices[k] = prices[k - 1] * ratio;
             }
             let near = |k: usize| around.as_ref().map(|around| &around[k]);
-            let of = |(k, leg): (usize, &Problem)| {
+            let levels_of = |(k, leg): (usize, &Problem)| {
                 levels(leg, about_mps, near(k).map(|tracks| (tracks, now)))
             };
-            let levels: Vec<Vec<Levels>> = self.legs.iter().enumerate().map(of).collect();
+            let levels: Vec<Vec<Levels>> = self.legs.iter().enumerate().map(levels_of).collect();
             let searches: Vec<Search> = self.searches(&levels);
             let swept: Option<Vec<Swept<N>>> =
                 searches.iter().map(|search| Swept::of(search, &prices, self.stop)).collect();
             let swept = swept?;
-            let mut found = Found::new(&searches, &swept);
-            let in_time = |found: &mut Found<N>, price: usize| {
-                found.time_s(price) <= self.most_s * (1.0 + ROUNDING)
+            let mut at_prices = Found::new(&searches, &swept);
+            let in_time = |at_prices: &mut Found<N>, price: usize| {
+                at_prices.time_s(price) <= self.most_s * (1.0 + ROUNDING)
             };
             // a higher price takes no longer
             let (mut low, mut high) = (0, N);
             while low < high {
                 let middle = low.midpoint(high);
-                if in_time(&mut found, middle) {
+                if in_time(&mut at_prices, middle) {
                     high = middle;
                 } else {
                     low = middle + 1;
@@ -238,11 +238,11 @@ impl Question<'_> {
             let fast = high < N;
             let high = high.min(N - 1);
             let low = high.saturating_sub(1);
-            let times_s = [low, high].map(|price| found.time_s(price));
+            let times_s = [low, high].map(|price| at_prices.time_s(price));
             if fast {
-                let mut answer = self.mix(&found.ways, high, prices[high]);
+                let mut answer = self.mix(&at_prices.ways, high, prices[high]);
                 if let Some(answer) = answer.as_mut().filter(|_| stage == self.stages.len()) {
-                    self.fill(answer, &found, high);
+                    self.fill(answer, &at_prices, high);
                 }
                 best = self.better(best, answer);
             }
@@ -252,9 +252,9 @@ impl Question<'_> {
             if times_s.iter().any(|time_s| time_s.is_infinite()) {
                 return best;
             }
-            let near = found.ways.iter().zip(&self.legs).map(|(ways, leg)| {
-                let of = |price: usize| Some(Track::of(ways[price].as_ref()?, leg.places));
-                Some([of(low)?, of(high)?])
+            let near = at_prices.ways.iter().zip(&self.legs).map(|(ways, leg)| {
+                let track = |price: usize| Some(Track::of(ways[price].as_ref()?, leg.places));
+                Some([track(low)?, track(high)?])
             });
             around = near.collect();
             if self.most_s.is_infinite() {
@@ -278,16 +278,16 @@ impl Question<'_> {
     /// most take it.
     fn mix<const N: usize>(
         &self,
-        found: &[[Option<Way>; N]],
+        ways_by_price: &[[Option<Way>; N]],
         high: usize,
         price_w: f64,
     ) -> Option<Answer> {
-        let ways: Option<Vec<Way>> = found.iter().map(|ways| ways[high].clone()).collect();
+        let ways: Option<Vec<Way>> = ways_by_price.iter().map(|ways| ways[high].clone()).collect();
         let mut answer = Answer { ways: ways?, price_w };
         let mut left_s = self.most_s - answer.time_s();
         loop {
             let mut best: Option<(f64, usize, &Way)> = None;
-            for (k, (way, ways)) in answer.ways.iter().zip(found).enumerate() {
+            for (k, (way, ways)) in answer.ways.iter().zip(ways_by_price).enumerate() {
                 for other in ways.iter().flatten() {
                     let saved_j = way.energy_j - other.energy_j;
                     let fits = other.time_s - way.time_s <= left_s;
@@ -304,14 +304,14 @@ impl Question<'_> {
 
     /// Takes the time that is still left: a leg goes at the higher price of time up to some place,
     /// and from there on at the lower one.
-    fn fill<const N: usize>(&self, answer: &mut Answer, found: &Found<N>, high: usize) {
+    fn fill<const N: usize>(&self, answer: &mut Answer, at_prices: &Found<N>, high: usize) {
         if high == 0 || self.most_s.is_infinite() {
             return;
         }
-        for (k, (search, swept)) in found.searches.iter().zip(found.swept).enumerate() {
+        for (k, (search, swept)) in at_prices.searches.iter().zip(at_prices.swept).enumerate() {
             let left_s = self.most_s - answer.time_s();
             let [Some(fast), Some(slow)] =
-                [high, high - 1].map(|price| found.ways[k][price].as_ref())
+                [high, high - 1].map(|price| at_prices.ways[k][price].as_ref())
             else {
                 continue;
             };
@@ -341,14 +341,14 @@ impl Question<'_> {
 
     /// The legs with the speeds that are tried.
     fn searches<'a>(&'a self, levels: &'a [Vec<Levels>]) -> Vec<Search<'a>> {
-        let of = |(leg, levels): (&'a Problem, &'a Vec<Levels>)| Search {
+        let search = |(leg, levels): (&'a Problem, &'a Vec<Levels>)| Search {
             truck: self.truck,
             leg: leg.leg,
             heights: self.heights,
             places: leg.places,
             levels,
         };
-        self.legs.iter().zip(levels).map(of).collect()
+        self.legs.iter().zip(levels).map(search).collect()
     }
 
     fn better(&self, a: Option<Answer>, b: Option<Answer>) -> Option<Answer> {

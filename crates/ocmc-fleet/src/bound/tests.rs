@@ -102,8 +102,8 @@ fn the_corridor_has_the_optimum_of_the_whole_grid() {
     for price_w in [20e3, 40e3, 60e3, 90e3] {
         let limits = [f64::INFINITY, price_w];
         let [all, near] = [&whole, &FROM_NOTHING].map(|stages| {
-            let found = road.answer::<1>(&truck, limits, true, stages, None);
-            found.energy_j() + price_w * found.time_s()
+            let answer = road.answer::<1>(&truck, limits, true, stages, None);
+            answer.energy_j() + price_w * answer.time_s()
         });
         assert!(near <= all * (1.0 + SHARE), "{price_w}: {}", near / all);
     }
@@ -167,9 +167,9 @@ fn nothing_on_a_fine_grid_is_better_than_what_is_found() {
             }
         }
         let limits = [f64::INFINITY, price_w];
-        let found = road.answer::<1>(&truck, limits, true, &FROM_NOTHING, None);
-        let found = found.energy_j() + price_w * found.time_s();
-        assert!(found <= least * (1.0 + SHARE), "{price_w}: {found} {least}");
-        assert!(found >= least * (1.0 - 2e-3), "{price_w}: {found} {least}");
+        let answer = road.answer::<1>(&truck, limits, true, &FROM_NOTHING, None);
+        let cost_j = answer.energy_j() + price_w * answer.time_s();
+        assert!(cost_j <= least * (1.0 + SHARE), "{price_w}: {cost_j} {least}");
+        assert!(cost_j >= least * (1.0 - 2e-3), "{price_w}: {cost_j} {least}");
     }
 }

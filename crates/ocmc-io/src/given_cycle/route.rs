@@ -220,8 +220,8 @@ pub(super) fn read(
     if let Some(track) = path.as_ref().filter(|_| !is_plan) {
         let (x_m, y_m) = track.points_m();
         let aside = jump::points_aside(x_m, y_m, track.noise_m());
-        let found = jump::position_jump(&aside, |row| rows.places[row].to_string());
-        if let Some(finding) = found {
+        let finding = jump::position_jump(&aside, |row| rows.places[row].to_string());
+        if let Some(finding) = finding {
             account.findings.push(finding);
             rows.leave_out(&aside);
             path = rows.path();
@@ -238,8 +238,8 @@ pub(super) fn read(
     let Rows { altitude_m, grade, curvature, .. } = &rows;
     // a road is longer than the beelines between the places of a plan
     let of_road = path.as_ref().filter(|path| !(is_plan && goes_around(odometer_m, path)));
-    let found = contradiction::of_route(odometer_m, of_road, altitude_m, grade, curvature);
-    account.judged(file, found)?;
+    let contradictions = contradiction::of_route(odometer_m, of_road, altitude_m, grade, curvature);
+    account.judged(file, contradictions)?;
     if let Some(path) = path.as_ref().filter(|_| is_plan && odometer_m.is_none()) {
         account.judged(file, beeline(path))?;
     }

@@ -253,11 +253,11 @@ mod tests {
     fn extents_of_drives_and_ways() {
         let time_s = [0.0, 1.0, 2.0, 12.0, 13.0];
         let drive = (&time_s[..], Some(&[10.0; 5][..]));
-        let found = Extent::of_drives([drive].into_iter());
-        assert_eq!((found.length_m, found.duration_s), (Some(130.0), Some(13.0)));
-        assert_eq!((found.gaps, found.longest_gap_s), (1, Some(10.0)));
+        let extent = Extent::of_drives([drive].into_iter());
+        assert_eq!((extent.length_m, extent.duration_s), (Some(130.0), Some(13.0)));
+        assert_eq!((extent.gaps, extent.longest_gap_s), (1, Some(10.0)));
         assert_eq!(
-            found.told(),
+            extent.told(),
             " (every 1.000 s, 0.1300 km, 0.2167 min, 1 gap, the longest 10.00 s)"
         );
         let way = Extent::of_way(&[5.0, 15.0, 25.0, 1005.0]);

@@ -74,18 +74,18 @@ const DRIVING_MPS: f64 = 3.0;
 const FEWEST_ROWS: usize = 60;
 
 /// Contradictions in a drive over time.
-pub fn of_drive(of: Columns) -> Vec<Finding> {
-    let Some((time_s, speed_mps)) = of(Quantity::Time).zip(of(Quantity::Speed)) else {
+pub fn of_drive(column: Columns) -> Vec<Finding> {
+    let Some((time_s, speed_mps)) = column(Quantity::Time).zip(column(Quantity::Speed)) else {
         return Vec::new();
     };
     let way_m = integral(time_s, speed_mps);
     let mut findings = Vec::new();
-    if let Some(position_m) = of(Quantity::Position) {
+    if let Some(position_m) = column(Quantity::Position) {
         let displacement = |from: usize, to: usize| position_m[to] - position_m[from];
         let ratio = ratio_of_ways(&way_m, displacement);
         findings.extend(ratio.and_then(|ratio| ways("speed", "position", ratio)));
     }
-    let path = of(Quantity::Latitude).zip(of(Quantity::Longitude));
+    let path = column(Quantity::Latitude).zip(column(Quantity::Longitude));
     if let Some((latitude, longitude)) = path {
         let displacement = |from: usize, to: usize| {
             let [lat, lon] = [latitude, longitude].map(|values| [values[from], values[to]]);
@@ -95,20 +95,20 @@ pub fn of_drive(of: Columns) -> Vec<Finding> {
         let ratio = ratio_of_ways(&way_m, displacement);
         findings.extend(ratio.and_then(|ratio| ways("speed", "latitude and longitude", ratio)));
     }
-    if let Some((altitude_m, grade)) = of(Quantity::Altitude).zip(of(Quantity::Grade)) {
+    if let Some((altitude_m, grade)) = column(Quantity::Altitude).zip(column(Quantity::Grade)) {
         // the slope of a row of a log is that since the row before
         let ahead: Vec<f64> = grade[1.min(grade.len())..].iter().copied().chain([0.0]).collect();
         findings.extend(slopes(&way_m, altitude_m, &ahead));
     }
-    if let Some((course_rad, yaw_rate)) = of(Quantity::Course).zip(of(Quantity::YawRate)) {
+    if let Some((course_rad, yaw_rate)) = column(Quantity::Course).zip(column(Quantity::YawRate)) {
         findings.extend(turning([time_s, speed_mps, course_rad, yaw_rate]));
     }
     if let Some((lateral_mps2, yaw_rate)) =
-        of(Quantity::LateralAcceleration).zip(of(Quantity::YawRate))
+        column(Quantity::LateralAcceleration).zip(column(Quantity::YawRate))
     {
         findings.extend(lateral(speed_mps, lateral_mps2, yaw_rate));
     }
-    if let Some(limit_mps) = of(Quantity::Limit) {
+    if let Some(limit_mps) = column(Quantity::Limit) {
         findings.extend(limits(speed_mps, limit_mps));
     }
     findings
@@ -319,7 +319,7 @@ fn turning([time_s, speed_mps, course_rad, yaw_rate]: [&[f64]; 4]) -> Option<Fin
 
 /// The slope of a line through pairs, where they are enough and correlated.
 fn slope_of(pairs: &[[f64; 2]]) -> Option<f64> {
-    let sum = |of: fn(&[f64; 2]) -> f64| pairs.iter().map(of).sum::<f64>();
+    let sum = |term: fn(&[f64; 2]) -> f64| pairs.iter().map(term).sum::<f64>();
     let [xx, yy, xy] = [sum(|p| p[0] * p[0]), sum(|p| p[1] * p[1]), sum(|p| p[0] * p[1])];
     let is_line = pairs.len() >= FEWEST_TURNS && xy.abs() >= CORRELATED * (xx * yy).sqrt();
     is_line.then(|| xy / xx)

@@ -36,8 +36,8 @@ mod tests {
         assert_eq!(impossible_mps2(20.0, 100.0), None);
         assert_eq!(impossible_mps2(f64::NAN, 100.0), None);
         let lateral_mps2 = impossible_mps2(250.0, 100.0).unwrap();
-        let found = impossible(&[(RowPlace::Line(7), lateral_mps2)]).unwrap();
-        assert!(found.text.contains("1 curve") && found.text.contains("625.0 m/s² in line 7"));
+        let finding = impossible(&[(RowPlace::Line(7), lateral_mps2)]).unwrap();
+        assert!(finding.text.contains("1 curve") && finding.text.contains("625.0 m/s² in line 7"));
         assert!(impossible(&[]).is_none());
     }
 }

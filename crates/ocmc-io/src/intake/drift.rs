@@ -86,8 +86,8 @@ pub fn standing(x_m: &[f64], y_m: &[f64]) -> Vec<Range<usize>> {
             let end = rows.take_while(near).last().map_or(first, |last| last + 1);
             Some(first..end).filter(wanders)
         });
-        let found = drifts(first).or(within);
-        let end = found.map_or(first + 1, |cluster| cluster.end);
+        let cluster = drifts(first).or(within);
+        let end = cluster.map_or(first + 1, |cluster| cluster.end);
         let repeated = steps_m[end - 1..].iter().take_while(|step_m| **step_m < ONE_PLACE_M);
         let end = end + repeated.count();
         if end > first + 1 {
@@ -129,7 +129,7 @@ pub fn standing_speeds(
     let knows_standstill = speed_mps.iter().any(|speed| speed.abs() < ZERO_MPS);
     let count = time_s.len().min(speed_mps.len());
     let is_slow = |k: &usize| speed_mps[*k].abs() <= STANDING_MPS;
-    let mut found = Vec::new();
+    let mut ranges = Vec::new();
     let mut first = 0;
     while first < count {
         let end = (first..count).take_while(is_slow).last().map_or(first, |last| last + 1);
@@ -138,12 +138,12 @@ pub fn standing_speeds(
             let way_m: f64 = (first + 1..end).map(step).sum();
             let stays = apart_m(first, end - 1) < ALONG * way_m;
             if way_m > ZERO_MPS * STANDING_S && (stays || !knows_standstill) {
-                found.push(first..end);
+                ranges.push(first..end);
             }
         }
         first = end.max(first + 1);
     }
-    found
+    ranges
 }
 
 /// Names rows whose speed became 0.
@@ -204,17 +204,17 @@ mod tests {
             (0..100).map(|k| if (40..70).contains(&k) { standing_mps } else { 12.0 }).collect()
         };
         let unknown = |_, _| f64::NAN;
-        let found = standing_speeds(&time_s, &drive(0.4), unknown);
-        assert_eq!((found.len(), found[0].clone()), (1, 40..70), "no row stands still");
+        let ranges = standing_speeds(&time_s, &drive(0.4), unknown);
+        assert_eq!((ranges.len(), ranges[0].clone()), (1, 40..70), "no row stands still");
         // a log that knows a standstill, whose truck creeps, or wanders around its place
         let mut creeps = drive(0.4);
         creeps[99] = 0.0;
         assert_eq!(standing_speeds(&time_s, &creeps, unknown), []);
         assert_eq!(standing_speeds(&time_s, &creeps, |a, b| 0.4 * (b - a) as f64), []);
-        let found = standing_speeds(&time_s, &creeps, |_, _| 2.0);
-        assert_eq!(found.len(), 1);
+        let ranges = standing_speeds(&time_s, &creeps, |_, _| 2.0);
+        assert_eq!(ranges.len(), 1);
         assert!(
-            standing_speed(&found, &creeps).expect("is said").text.contains("30 rows at 1 place")
+            standing_speed(&ranges, &creeps).expect("is said").text.contains("30 rows at 1 place")
         );
         // one that stands still
         assert_eq!(standing_speeds(&time_s, &drive(0.0), |_, _| 0.0), []);

@@ -176,7 +176,7 @@ pub fn altitude_spikes(
     slopes.sort_by(f64::total_cmp);
     let usual = *slopes.get(9 * slopes.len() / 10)?;
     let steep = SPIKE_SLOPE.max(SPIKE * usual);
-    let mut found: Vec<(usize, f64)> = Vec::new();
+    let mut spikes: Vec<(usize, f64)> = Vec::new();
     for k in 1..altitude_m.len() - 1 {
         let [up, down] = [slope(altitude_m, k - 1, k), slope(altitude_m, k, k + 1)];
         if up * down >= 0.0 || up.abs().min(down.abs()) < steep {
@@ -188,16 +188,16 @@ pub fn altitude_spikes(
         if altitude_m[k] == 0.0 && between > ABOVE_ZERO_M {
             return None;
         }
-        found.push((k, off_m));
+        spikes.push((k, off_m));
         altitude_m[k] = between;
     }
-    let (first, off_m) = *found.first()?;
+    let (first, off_m) = *spikes.first()?;
     let text = format!(
         "{} between its neighbours and were put there, first by {} m in {}",
-        if found.len() == 1 {
+        if spikes.len() == 1 {
             "1 altitude does not lie".to_owned()
         } else {
-            format!("{} altitudes do not lie", found.len())
+            format!("{} altitudes do not lie", spikes.len())
         },
         rounded(off_m.abs()),
         name(first)
@@ -242,8 +242,8 @@ mod tests {
             y_m[k] += 300.0;
             x_m[k] -= 20.0;
         }
-        let found = lasting_jump(&x_m, &y_m, 0.0, row).unwrap();
-        assert!(found.end == End::Warned && found.text.contains("row 150"), "{found}");
+        let finding = lasting_jump(&x_m, &y_m, 0.0, row).unwrap();
+        assert!(finding.end == End::Warned && finding.text.contains("row 150"), "{finding}");
     }
 
     #[test]
@@ -264,8 +264,11 @@ mod tests {
         assert_eq!(altitude_spikes(&position_m, &mut altitude_m, row), None);
         altitude_m[40] += 9.0;
         altitude_m[70] -= 12.0;
-        let found = altitude_spikes(&position_m, &mut altitude_m, row).unwrap();
-        assert!(found.text.starts_with("2 altitudes") && found.text.contains("row 40"), "{found}");
+        let finding = altitude_spikes(&position_m, &mut altitude_m, row).unwrap();
+        assert!(
+            finding.text.starts_with("2 altitudes") && finding.text.contains("row 40"),
+            "{finding}"
+        );
         for k in 0..100 {
             assert!((altitude_m[k] - clean[k]).abs() < 0.2, "{k}");
         }

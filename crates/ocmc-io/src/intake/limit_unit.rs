@@ -23,8 +23,8 @@ const NEAR: f64 = 0.06;
 pub fn judge(limits: &[(f64, f64)], column: &Column) -> Option<Finding> {
     let all_m: f64 = limits.iter().map(|(way_m, _)| way_m).sum();
     let share = |holds: &dyn Fn(f64) -> bool| {
-        let of = limits.iter().filter(|(_, limit_mps)| holds(*limit_mps));
-        of.map(|(way_m, _)| way_m).sum::<f64>() / all_m.max(1.0)
+        let matching = limits.iter().filter(|(_, limit_mps)| holds(*limit_mps));
+        matching.map(|(way_m, _)| way_m).sum::<f64>() / all_m.max(1.0)
     };
     let suffix = column.unit.suffix;
     let written = |limit_mps: f64| column.written(limit_mps);
@@ -73,8 +73,8 @@ fn slow(limits: &[(f64, f64)], all_m: f64) -> Option<Finding> {
     Some(Finding::warned(NAME, [highest_mps, SLOW_MPS], text, "is the unit right?"))
 }
 
-fn is_multiple(x: f64, of: f64) -> bool {
-    (x - of * (x / of).round()).abs() < NEAR
+fn is_multiple(x: f64, step: f64) -> bool {
+    (x - step * (x / step).round()).abs() < NEAR
 }
 
 #[cfg(test)]

@@ -192,10 +192,10 @@ impl Road<'_> {
 
     /// Energy per mass braked away ahead of the curves of some points, in J/kg.
     fn braked(&self, points: &[usize], how: Rounding) -> f64 {
-        let of = |values: &[f64]| -> Vec<f64> { points.iter().map(|k| values[*k]).collect() };
+        let selected = |values: &[f64]| -> Vec<f64> { points.iter().map(|k| values[*k]).collect() };
         let (x_m, y_m) = self.path.points_m();
-        let path = Path2d::of_points(of(x_m), of(y_m));
-        let odometer_m = self.odometer_m.map(of);
+        let path = Path2d::of_points(selected(x_m), selected(y_m));
+        let odometer_m = self.odometer_m.map(selected);
         let places_m = odometer_m.as_deref().unwrap_or(&path.position_m);
         let (curves, places_m) = match path.rounded(odometer_m.as_deref(), how) {
             Some((road, given_m)) => (road.curves(&road.position_m), given_m),
@@ -285,8 +285,8 @@ mod tests {
     }
 
     fn findings((x, y): &(Vec<f64>, Vec<f64>), points: &[usize]) -> Vec<Finding> {
-        let of = |values: &[f64]| -> Vec<f64> { points.iter().map(|k| values[*k]).collect() };
-        let path = Path2d::of_points(of(x), of(y));
+        let selected = |values: &[f64]| -> Vec<f64> { points.iter().map(|k| values[*k]).collect() };
+        let path = Path2d::of_points(selected(x), selected(y));
         sparse_points(&path, None, &vec![80.0 / 3.6; points.len()])
     }
 
@@ -302,8 +302,8 @@ mod tests {
                 let road = road(seed, radii_m);
                 let fine = thinned(&road.0, &road.1, 0.3);
                 for points in [spaced(&road.0, 5), spaced(&road.0, 10), fine] {
-                    let found = findings(&road, &points);
-                    assert!(!warns(&found), "{seed} {radii_m:?} {found:?}");
+                    let findings = findings(&road, &points);
+                    assert!(!warns(&findings), "{seed} {radii_m:?} {findings:?}");
                 }
             }
             let wide = road(seed, [713.0, 2500.0]);
@@ -313,10 +313,10 @@ mod tests {
                 spaced(&wide.0, 100),
                 spaced(&wide.0, 200),
             ] {
-                let found = findings(&wide, &points);
-                let spread = found.iter().any(|finding| finding.check == "spread-turns");
-                assert!(warns(&found) != spread, "{seed} {found:?}");
-                warned += usize::from(warns(&found));
+                let findings = findings(&wide, &points);
+                let spread = findings.iter().any(|finding| finding.check == "spread-turns");
+                assert!(warns(&findings) != spread, "{seed} {findings:?}");
+                warned += usize::from(warns(&findings));
             }
         }
         assert!(warned <= 4, "{warned} of 40 roads, which are all right");
@@ -335,8 +335,8 @@ mod tests {
                     spaced(&road.0, 500),
                     spaced(&road.0, 2000),
                 ] {
-                    let found = findings(&road, &points);
-                    assert!(warns(&found), "{seed} {radii_m:?} {} {found:?}", points.len());
+                    let findings = findings(&road, &points);
+                    assert!(warns(&findings), "{seed} {radii_m:?} {} {findings:?}", points.len());
                 }
             }
         }
@@ -345,10 +345,10 @@ mod tests {
     #[test]
     fn beelines_are_refused_and_long_straights_are_warned_of() {
         let sides = |y_m: f64| Path2d::of_points(vec![0.0, 20e3, 50e3], vec![0.0, 0.0, y_m]);
-        let found = sparse_points(&sides(20e3), None, &[22.0; 3]);
-        assert!(found[0].is_refusal() && found[0].check == "beeline", "{found:?}");
-        let found = sparse_points(&sides(0.0), None, &[22.0; 3]);
-        assert!(!found[0].is_refusal() && found[0].check == "beeline", "{found:?}");
+        let findings = sparse_points(&sides(20e3), None, &[22.0; 3]);
+        assert!(findings[0].is_refusal() && findings[0].check == "beeline", "{findings:?}");
+        let findings = sparse_points(&sides(0.0), None, &[22.0; 3]);
+        assert!(!findings[0].is_refusal() && findings[0].check == "beeline", "{findings:?}");
     }
 
     #[test]

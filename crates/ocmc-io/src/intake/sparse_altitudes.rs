@@ -44,12 +44,12 @@ mod tests {
 
     #[test]
     fn hills_far_apart_are_named_and_a_plain_is_not() {
-        let found = |step_m: f64, height_m: f64| {
+        let judged = |step_m: f64, height_m: f64| {
             let position_m: Vec<f64> = (0..20).map(|k| step_m * f64::from(k)).collect();
             let altitude_m: Vec<f64> = (0..20).map(|k| f64::from(k % 2) * height_m).collect();
             judge(&position_m, &altitude_m)
         };
-        assert!(found(1000.0, 10.0).is_some_and(|found| found.text.contains("2.7")));
-        assert_eq!((found(1000.0, 1.0), found(200.0, 10.0)), (None, None));
+        assert!(judged(1000.0, 10.0).is_some_and(|finding| finding.text.contains("2.7")));
+        assert_eq!((judged(1000.0, 1.0), judged(200.0, 10.0)), (None, None));
     }
 }

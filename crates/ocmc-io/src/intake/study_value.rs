@@ -65,14 +65,14 @@ mod tests {
 
     #[test]
     fn slips_are_named_and_built_in_studies_have_none() {
-        let found = judged(&["mission.payload_kg=12"]);
-        assert!(found[0].contains("`mission.payload_kg` is 12") && found[0].contains("In t it"));
-        let found = judged(&["mission.length_m=300"]);
-        assert!(found[0].contains("In km it would be 300,000"), "{found:?}");
+        let texts = judged(&["mission.payload_kg=12"]);
+        assert!(texts[0].contains("`mission.payload_kg` is 12") && texts[0].contains("In t it"));
+        let texts = judged(&["mission.length_m=300"]);
+        assert!(texts[0].contains("In km it would be 300,000"), "{texts:?}");
         assert!(judged(&["mission.payload_kg=0"]).is_empty());
         for BuiltIn { name, .. } in list() {
-            let found = judge(&load(name, &[] as &[&str]).unwrap().model);
-            assert!(found.is_empty(), "{name}: {found:?}");
+            let findings = judge(&load(name, &[] as &[&str]).unwrap().model);
+            assert!(findings.is_empty(), "{name}: {findings:?}");
         }
     }
 }

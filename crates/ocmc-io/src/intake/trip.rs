@@ -129,15 +129,15 @@ pub fn far(column: &str, trips: &[(RowPlace, f64)]) -> Option<Finding> {
     let mut off: Vec<f64> = values.iter().map(|value| (value - middle).abs()).collect();
     let sd = MAD_SD * median(&mut off);
     let is_far = |trip: &&(RowPlace, f64)| (trip.1 - middle).abs() > FAR * sd;
-    let found: Vec<_> = trips.iter().filter(is_far).collect();
+    let outliers: Vec<_> = trips.iter().filter(is_far).collect();
     // of a fleet of vans and trucks some are far from the median, and right
-    let few = found.len() <= 1.max(values.len() / 100);
-    let (place, value) = found.first().filter(|_| sd > 0.0 && few)?;
+    let few = outliers.len() <= 1.max(values.len() / 100);
+    let (place, value) = outliers.first().filter(|_| sd > 0.0 && few)?;
     let times = (value - middle).abs() / sd;
     let text = format!(
         "{} of column `{column}` far from all others, first {value} in {place}: {} SDs from the \
          median of {}",
-        grouped(found.len() as u64),
+        grouped(outliers.len() as u64),
         rounded(times),
         rounded(middle)
     );
@@ -162,13 +162,15 @@ mod tests {
         assert!(!is_possible("consumption_l_per_100km", -30.0));
         assert!(!is_possible("fuel_l_per_100km", 3000.0));
         let place = RowPlace::Line(7);
-        let found = impossible("consumption_l_per_100km", &[(place, -30.0)], 9).unwrap();
-        assert!(found.text.contains("-30 in line 7"), "{found}");
+        let finding = impossible("consumption_l_per_100km", &[(place, -30.0)], 9).unwrap();
+        assert!(finding.text.contains("-30 in line 7"), "{finding}");
         let all: Vec<_> = (0..9).map(|k| (place, 120.0 + f64::from(k))).collect();
         assert!(impossible("consumption_kwh_per_km", &all, 9).unwrap().is_refusal());
-        let of = |column, value: f64| unusual(column, &[(place, value)]);
-        assert!(of("Consumption (L/100 km)", 0.31).unwrap().remedy.contains("L/km"));
-        assert!(of("consumption_l_per_100km", 31.0).is_none() && of("points", 0.1).is_none());
+        let finding = |column, value: f64| unusual(column, &[(place, value)]);
+        assert!(finding("Consumption (L/100 km)", 0.31).unwrap().remedy.contains("L/km"));
+        assert!(
+            finding("consumption_l_per_100km", 31.0).is_none() && finding("points", 0.1).is_none()
+        );
         assert!(is_consumption("L/100km") && is_consumption("Energy kWh per km"));
         assert!(!is_consumption("fuel per 100 km") && !is_consumption("km"));
         let mut trips: Vec<_> = (0..20).map(|k| (place, 30.0 + f64::from(k % 5))).collect();

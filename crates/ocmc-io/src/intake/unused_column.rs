@@ -64,7 +64,7 @@ mod tests {
         let names =
             |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
         assert!(judge(&names(&["cycRoadType", "<Padd>", "", "Aux_HVAC"]), "time_s").is_none());
-        let found = judge(&names(&["note", "uphill"]), "time_s").unwrap();
-        assert!(found.text.contains("`uphill`") && !found.text.contains("note"), "{found}");
+        let finding = judge(&names(&["note", "uphill"]), "time_s").unwrap();
+        assert!(finding.text.contains("`uphill`") && !finding.text.contains("note"), "{finding}");
     }
 }

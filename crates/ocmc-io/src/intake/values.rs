@@ -130,7 +130,8 @@ mod tests {
     #[test]
     fn codes_for_missing_values_are_named() {
         let of_wind = |values: &[f64]| {
-            judged(Quantity::WindSpeed, "mps", values, Style::Measurements).map(|found| found.end)
+            judged(Quantity::WindSpeed, "mps", values, Style::Measurements)
+                .map(|finding| finding.end)
         };
         assert_eq!(of_wind(&[3.0, 99.0, 5.0, 99.0]), Some(End::Refused));
         assert_eq!(of_wind(&[3.0, 9.9, 12.0, 5.0]), None);
@@ -143,9 +144,9 @@ mod tests {
 
     #[test]
     fn unusual_values_are_named_with_the_unit_that_would_do() {
-        let found = judged(Quantity::Accelerator, "", &[0.0, 40.0, 100.0], Style::Log).unwrap();
-        assert!(found.remedy.contains("`accelerator_percent`"), "{found}");
-        assert_eq!((found.check, found.end), ("unusual-value", End::Warned));
+        let finding = judged(Quantity::Accelerator, "", &[0.0, 40.0, 100.0], Style::Log).unwrap();
+        assert!(finding.remedy.contains("`accelerator_percent`"), "{finding}");
+        assert_eq!((finding.check, finding.end), ("unusual-value", End::Warned));
         let some = |share: usize| {
             let values: Vec<f64> = (0..1000).map(|k| if k < share { 3.0 } else { 0.3 }).collect();
             judged(Quantity::Brake, "", &values, Style::Log)

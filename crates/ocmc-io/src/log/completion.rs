@@ -89,9 +89,9 @@ impl<'a> Completion<'a> {
         let has_number = |column: &[f64]| column.iter().any(|value| !value.is_nan());
         let quantities = trip.columns.iter().filter(|(_, column)| has_number(column.values()));
         self.numbers.extend(quantities.map(|(quantity, _)| *quantity));
-        let mut found = trip.stand();
-        found.extend(contradiction::of_drive(&|quantity| trip.column(quantity)));
-        for finding in found.into_iter().map(told) {
+        let mut findings = trip.stand();
+        findings.extend(contradiction::of_drive(&|quantity| trip.column(quantity)));
+        for finding in findings.into_iter().map(told) {
             if finding.is_refusal() {
                 return Err(TableError::of(self.path, Fault::Check(finding)));
             }

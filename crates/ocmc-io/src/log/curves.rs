@@ -125,7 +125,7 @@ impl FoundCurves {
         for drive in &file.drives {
             look()?;
             match detect(drive, options, steering) {
-                Ok(found) => self.drives.push(found),
+                Ok(detected) => self.drives.push(detected),
                 Err(fault) => self.left_out.push((file.place(drive), fault)),
             }
         }

@@ -68,17 +68,17 @@ impl MeasuredDrives {
                 }
                 Ok((found(&quiet, &options, steering, !steered)?, noise))
             });
-            let (found, noise) = match quiet {
-                Ok(found) => found,
+            let (measured, noise) = match quiet {
+                Ok(measured) => measured,
                 Err(fault) => {
                     self.left_out.push((place, fault));
                     continue;
                 }
             };
-            self.notes.extend(notes(&place, &found.counts));
-            let count = found.roads.len();
-            for (k, road) in found.roads.into_iter().enumerate() {
-                let source = (drive.fingerprint(), found.limits.name());
+            self.notes.extend(notes(&place, &measured.counts));
+            let count = measured.roads.len();
+            for (k, road) in measured.roads.into_iter().enumerate() {
+                let source = (drive.fingerprint(), measured.limits.name());
                 match given(&road, stops, source) {
                     Ok(given) => {
                         let given = GivenCycle { noise, ..given };

@@ -85,11 +85,11 @@ impl Identification {
                     self.notes.extend(notes);
                     if !events.is_empty() {
                         let events = events.into_iter().map(|event| (place.clone(), event));
-                        let same = |of: &&mut Vec<(String, NamedEvent)>| {
-                            of.iter().all(|(_, event)| event.driver == drive.driver)
+                        let same = |group: &&mut Vec<(String, NamedEvent)>| {
+                            group.iter().all(|(_, event)| event.driver == drive.driver)
                         };
                         match self.waiting[first..].iter_mut().find(same) {
-                            Some(of) => of.extend(events),
+                            Some(group) => group.extend(events),
                             None => self.waiting.push(events.collect()),
                         }
                         continue;
@@ -121,11 +121,11 @@ impl Identification {
         let mut answered = 0;
         for truck in std::mem::take(&mut self.waiting) {
             let (places, events): (Vec<String>, Vec<NamedEvent>) = truck.into_iter().unzip();
-            let found = identify_log(study, &events, options, stop, &mut || {
+            let log_fit = identify_log(study, &events, options, stop, &mut || {
                 answered += 1;
                 done(answered);
             });
-            if let (Some([mass_kg, error_kg]), Some(event)) = (found.mass_kg, events.first()) {
+            if let (Some([mass_kg, error_kg]), Some(event)) = (log_fit.mass_kg, events.first()) {
                 let model = study.model();
                 self.trucks.push(TruckMass {
                     driver: event.driver.clone(),
@@ -135,7 +135,7 @@ impl Identification {
                     study_mass_kg: model.vehicle.curb_mass_kg + model.mission.payload_kg.centre(),
                 });
             }
-            for ((place, event), fit) in places.iter().zip(&events).zip(found.fits) {
+            for ((place, event), fit) in places.iter().zip(&events).zip(log_fit.fits) {
                 match fit {
                     Ok(fit) => self.fits.push(fit),
                     Err(fault) => self.left_out.push(LeftOut {
@@ -203,19 +203,22 @@ mod tests {
             reason: format!("{k} rows"),
             kind: if k == 2 { "a vehicle that stands" } else { "less than 30 rows" },
         };
-        let found = |count| Identification {
+        let identification = |count| Identification {
             left_out: (1..=count).map(left_out).collect(),
             ..Identification::default()
         };
-        let few = found(MOST_TOLD);
+        let few = identification(MOST_TOLD);
         assert_eq!(few.left_out_warnings().len(), MOST_TOLD);
         assert_eq!(few.left_out_warnings()[1], "event `2` is left out: 2 rows");
         assert_eq!(few.failed().unwrap().reason, "1 rows");
-        let many = found(1200);
+        let many = identification(1200);
         let account = "1,200 events or drives are left out: 1,199 for less than 30 rows, 1 for a \
                        vehicle that stands; `left_out` (--json) has each";
         assert_eq!(many.left_out_warnings(), [account]);
         assert_eq!(many.failed().unwrap().reason, format!("1 rows; {account}"));
-        assert!(found(0).left_out_warnings().is_empty() && found(0).failed().is_none());
+        assert!(
+            identification(0).left_out_warnings().is_empty()
+                && identification(0).failed().is_none()
+        );
     }
 }

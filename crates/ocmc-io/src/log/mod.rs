@@ -573,8 +573,11 @@ mod tests {
         let speed = numbers(&[0.0, 90.0, 95.0, 80.0]);
         let table = table(&[("time_s", numbers(&[0.0, 1.0, 2.0, 3.0])), ("speed_mps", speed)]);
         let file = read(Source::Given(&table), &[], &[]).expect("a log");
-        let found = &file.read.findings[0];
-        assert!(found.check == "unusual-value" && found.remedy.contains("speed_kmh"), "{found}");
+        let finding = &file.read.findings[0];
+        assert!(
+            finding.check == "unusual-value" && finding.remedy.contains("speed_kmh"),
+            "{finding}"
+        );
     }
 
     #[test]

@@ -45,12 +45,12 @@ pub(super) fn is_implied(has: impl Fn(Quantity) -> bool) -> bool {
 /// Gives a drive the speed that its places imply, and rows of a second where its own are farther
 /// apart; says so.
 pub(super) fn complete(drive: &mut LoggedTrip) -> Vec<Finding> {
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     if is_implied(|quantity| drive.column(quantity).is_some()) {
-        found.extend(imply(drive));
+        findings.extend(imply(drive));
     }
-    found.extend(refine(drive));
-    found
+    findings.extend(refine(drive));
+    findings
 }
 
 /// The rows whose time and place are known, each later than the one before.
@@ -81,12 +81,12 @@ fn imply(drive: &mut LoggedTrip) -> Option<Finding> {
     if rows.len() < FEWEST {
         return None;
     }
-    let of = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
-    let at_s = of(time_s);
+    let selected = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+    let at_s = selected(time_s);
     let (way_m, noise_m) = if by_odometer {
-        (never_falling(of(position_m)), 0.0)
+        (never_falling(selected(position_m)), 0.0)
     } else {
-        way_of_places(&of(latitude), &of(longitude))
+        way_of_places(&selected(latitude), &selected(longitude))
     };
     let speed_mps = speeds(&at_s, &way_m);
     let count = time_s.len();
@@ -102,13 +102,13 @@ fn imply(drive: &mut LoggedTrip) -> Option<Finding> {
     if !by_odometer {
         drive.columns.insert(Quantity::Position, way_m.into());
     }
-    let of = if by_odometer { "its positions" } else { "its latitudes and longitudes" };
+    let source = if by_odometer { "its positions" } else { "its latitudes and longitudes" };
     let smooth = if noise_m >= LEAST_NOISE_M {
         format!(", smoothed: they scatter by {} m", rounded(noise_m))
     } else {
         String::new()
     };
-    let text = format!("no speed: that of {of}{smooth}");
+    let text = format!("no speed: that of {source}{smooth}");
     Some(Finding::mended("implied-speed", [noise_m, LEAST_NOISE_M], text))
 }
 
@@ -133,8 +133,8 @@ fn way_of_places(latitude: &[f64], longitude: &[f64]) -> (Vec<f64>, f64) {
     if kept.len() < FEWEST {
         return (vec![0.0; latitude.len()], 0.0);
     }
-    let of = |values: &[f64]| kept.iter().map(|k| values[*k]).collect::<Vec<f64>>();
-    let path = Path2d::of_points(of(x_m), of(y_m));
+    let selected = |values: &[f64]| kept.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+    let path = Path2d::of_points(selected(x_m), selected(y_m));
     let noise_m = path.noise_m();
     let given_m = if (LEAST_NOISE_M..=MOST_NOISE_M).contains(&noise_m) {
         path.smoothed(None, noise_m).1
@@ -351,8 +351,8 @@ mod tests {
     fn places_tell_way_and_speed() {
         for step_s in [1.0, 5.0, 10.0] {
             let (mut drive, length_m) = track(step_s);
-            let found = complete(&mut drive);
-            let checks: Vec<&str> = found.iter().map(|finding| finding.check).collect();
+            let findings = complete(&mut drive);
+            let checks: Vec<&str> = findings.iter().map(|finding| finding.check).collect();
             let wanted: &[&str] = if step_s > 1.0 {
                 &["implied-speed", "rows-far-apart"]
             } else {
@@ -376,11 +376,11 @@ mod tests {
     fn a_lost_receiver_leaves_a_gap() {
         let (drive, _) = track(5.0);
         let keep = |values: &[f64]| [&values[..5], &values[15..]].concat();
-        let of = |quantity| keep(drive.column(quantity).unwrap());
+        let kept = |quantity| keep(drive.column(quantity).unwrap());
         let mut drive = LoggedTrip::new(
             "a",
             "a",
-            [Quantity::Time, Quantity::Latitude, Quantity::Longitude].map(|q| (q, of(q))),
+            [Quantity::Time, Quantity::Latitude, Quantity::Longitude].map(|q| (q, kept(q))),
         );
         complete(&mut drive);
         let time_s = drive.column(Quantity::Time).unwrap();

@@ -73,8 +73,8 @@ fn turning_path(drive: &LoggedTrip, way_m: &[f64]) -> Option<(Vec<usize>, Path2d
     let latitude = known(drive, Quantity::Latitude)?;
     let longitude = known(drive, Quantity::Longitude)?;
     let rows = advancing(way_m, |k| latitude[k].is_finite() && longitude[k].is_finite());
-    let of = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
-    let path = (rows.len() > 1).then(|| Path2d::new(&of(latitude), &of(longitude)))?;
+    let selected = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+    let path = (rows.len() > 1).then(|| Path2d::new(&selected(latitude), &selected(longitude)))?;
     Some((rows, path))
 }
 

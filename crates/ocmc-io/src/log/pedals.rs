@@ -79,23 +79,23 @@ pub fn events(
             ),
         ],
     ));
-    let of = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+    let selected = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
     let known = |quantity| {
-        let values = drive.column(quantity).map(of)?;
+        let values = drive.column(quantity).map(selected)?;
         values.iter().all(|value| !value.is_nan()).then_some(values)
     };
     let log = PedalLog {
-        time_s: of(time),
-        speed_mps: of(speed),
-        accelerator: of(accelerator),
-        brake: of(brake),
-        grade: of(grade),
+        time_s: selected(time),
+        speed_mps: selected(speed),
+        accelerator: selected(accelerator),
+        brake: selected(brake),
+        grade: selected(grade),
         position_m: known(Quantity::Position),
         gear: known(Quantity::Gear),
         limit_mps: known(Quantity::Limit),
         curvature_per_m: known(Quantity::Curvature).or_else(|| {
             let per_m = |(yaw, speed): (f64, &f64)| yaw / speed.max(SLOWEST_MPS);
-            Some(known(Quantity::YawRate)?.into_iter().zip(&of(speed)).map(per_m).collect())
+            Some(known(Quantity::YawRate)?.into_iter().zip(&selected(speed)).map(per_m).collect())
         }),
         air_temperature_k: drive.ambient_k(),
         ..PedalLog::default()
@@ -109,11 +109,11 @@ pub fn events(
     if let Some(scatter) = scatter {
         notes.push(format!("{place}: {}", scatter.text()));
     }
-    let found = match &drive.event {
+    let ranges = match &drive.event {
         Some(event) => vec![(event.clone(), 0..log.time_s.len())],
         None => log.slope_events(BEFORE_S, AFTER_S),
     };
-    let events = found.into_iter().map(|(event, rows)| NamedEvent {
+    let events = ranges.into_iter().map(|(event, rows)| NamedEvent {
         driver: drive.driver.clone(),
         event,
         log: until_speed_is_set(&log, &rows, study),

@@ -110,17 +110,17 @@ impl FoundRoads {
         options: &RoadOptions,
         steering: Option<Steering>,
     ) -> Result<Self, TableError> {
-        let mut found = Self::default();
-        let mut add = |part| found.add(part, options, steering);
+        let mut roads = Self::default();
+        let mut add = |part| roads.add(part, options, steering);
         let rest = match read_in_parts(source, mappings, &NEEDS, PART_ROWS, &mut add) {
             Err(error) if error.is_mixed() => {
-                found = Self::default();
+                roads = Self::default();
                 super::read(source, mappings, &NEEDS)?
             }
             rest => rest?,
         };
-        found.add(rest, options, steering);
-        Ok(found)
+        roads.add(rest, options, steering);
+        Ok(roads)
     }
 
     /// The roads of a log in two heaps, and the totals of its drives: those of drives for which
@@ -186,13 +186,13 @@ impl FoundRoads {
             let apart_s = drive.measured_each_s.filter(|_| !tells_turns(&drive));
             let turns = scatter_m < MOST_TURNING_NOISE_M && !steered && apart_s.is_none();
             match found(&drive, options, steering, turns) {
-                Ok(found) => {
-                    self.has_objects |= found.coverage.events;
+                Ok(measured) => {
+                    self.has_objects |= measured.coverage.events;
                     // beside a road without objects the map was looked at, too, where it has them
                     // elsewhere
                     let events = drive.words(Quantity::MapObject).is_some();
-                    self.cover(Coverage { events, ..found.coverage });
-                    self.notes.extend(notes(&place, &found.counts));
+                    self.cover(Coverage { events, ..measured.coverage });
+                    self.notes.extend(notes(&place, &measured.counts));
                     if steered {
                         self.notes.push(steering_note(&place));
                     } else if let Some(apart_s) = apart_s {
@@ -208,7 +208,7 @@ impl FoundRoads {
                              would tell them)"
                         ));
                     }
-                    found.roads.into_iter().for_each(|road| self.keep(road));
+                    measured.roads.into_iter().for_each(|road| self.keep(road));
                 }
                 Err(fault) => self.left_out.push((place, fault)),
             }

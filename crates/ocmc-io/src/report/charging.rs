@@ -101,8 +101,8 @@ fn trucks(summary: &Summary) -> String {
 /// The share of the trips that still drive, over the distance.
 fn range(run: &Reported) -> String {
     let trips = &run.gathered.range_trips;
-    let found = summarise(trips, run.manifest.dependence());
-    let Some(RangeSummary { all, curve, .. }) = found else { return String::new() };
+    let summary = summarise(trips, run.manifest.dependence());
+    let Some(RangeSummary { all, curve, .. }) = summary else { return String::new() };
     if all.depleted == 0 {
         return "<p>No trip came down to its reserve: how much farther the trucks would come is not \
                 in these records. <code>ocmc range --study …</code> drives them until they are \
@@ -178,7 +178,7 @@ fn loads(summary: &Summary) -> String {
             })
             .collect();
         let name = charger_name(place.place);
-        let of = if summary.trucks.is_some() {
+        let period = if summary.trucks.is_some() {
             "over the days of the fleet's calendar, those without trips among them"
         } else {
             "over the days of one year that holds all trips"
@@ -186,8 +186,8 @@ fn loads(summary: &Summary) -> String {
         let _ = writeln!(
             text,
             "<figure>{}<figcaption>Power that {name} draw from the grid, kW, means of quarters of \
-             an hour, {of} ({} days): the line is the mean, the band reaches from the median day \
-             up to the one that 19 of 20 stay below. There it is highest at {}, {} kW; on the \
+             an hour, {period} ({} days): the line is the mean, the band reaches from the median \
+             day up to the one that 19 of 20 stay below. There it is highest at {}, {} kW; on the \
              highest day {} kW. On the mean day {} kWh are charged.</figcaption></figure>",
             load_curve(&rows, name),
             grouped(place.days),
@@ -213,8 +213,8 @@ pub(super) fn waterfall(gathered: &Gathered) -> String {
     let mut steps: Vec<Step> = Vec::new();
     let mut other = 0.0;
     for (k, (name, _)) in summer.losses_j.iter().enumerate() {
-        let of = |sums: &Sums| sums.losses_j[k].1.unwrap_or(0.0) / 3.6e6 / km(sums);
-        let change = of(winter) - of(summer);
+        let loss_kwh_per_km = |sums: &Sums| sums.losses_j[k].1.unwrap_or(0.0) / 3.6e6 / km(sums);
+        let change = loss_kwh_per_km(winter) - loss_kwh_per_km(summer);
         if change.abs() < SMALL * from {
             other += change;
         } else {

@@ -43,8 +43,8 @@ pub(super) fn range_curve(points: &[(f64, f64, [f64; 2])]) -> String {
     let panel = Panel::new([0.0, end], [0.0, 100.0], PANEL);
     let mut text = begin(WIDTH, HEIGHT, "Share of the trucks that are not empty over the distance");
     panel.across(&mut text, &[0.0, 25.0, 50.0, 75.0, 100.0], "trucks not empty, %");
-    let of = |(km, _, ends): &(f64, f64, [f64; 2])| (*km, ends.map(|end| 100.0 * end));
-    band(&panel, &mut text, &points.iter().map(of).collect::<Vec<_>>(), "band");
+    let point = |(km, _, ends): &(f64, f64, [f64; 2])| (*km, ends.map(|end| 100.0 * end));
+    band(&panel, &mut text, &points.iter().map(point).collect::<Vec<_>>(), "band");
     let line = points.iter().map(|(km, share, _)| (*km, 100.0 * share));
     panel.line(&mut text, line, "class=\"line\"");
     panel.along_with_room(&mut text, &words(ticks(end)), "distance, km");

@@ -236,12 +236,16 @@ impl PairPicture<'_> {
         let first = self.baseline.first().map_or(0, |record| record.cycle_id);
         let record = |pair: &PairOfValues| self.baseline.get((pair.cycle_id - first) as usize);
         let change = |pair: &PairOfValues| factor * (pair.b - pair.a);
-        let mut found = Vec::new();
+        let mut quantities = Vec::new();
         let mut look = |name: String, factor: f64, x: &dyn Fn(&PairOfValues) -> Option<f64>| {
             let pairs = self.pairs.iter().filter_map(|pair| Some((x(pair)?, change(pair))));
             let pairs: Vec<(f64, f64)> = pairs.filter(|(x, y)| (x + y).is_finite()).collect();
-            let association = association(&pairs).filter(|found| found.share >= LEAST_SHARE);
-            found.extend(association.map(|association| Explaining { name, factor, association }));
+            let association = association(&pairs).filter(|known| known.share >= LEAST_SHARE);
+            quantities.extend(association.map(|association| Explaining {
+                name,
+                factor,
+                association,
+            }));
         };
         // of both: what is high in A by chance is lower in B
         look(format!("mean of A and B, {unit}"), factor, &|pair| {
@@ -251,7 +255,7 @@ impl PairPicture<'_> {
             let name = if per_distance { format!("{name} per km") } else { name.to_owned() };
             look(name, factor, &|pair| explaining(record(pair)?, column));
         }
-        if found.is_empty() {
+        if quantities.is_empty() {
             return String::new();
         }
         format!(
@@ -262,7 +266,7 @@ impl PairPicture<'_> {
              differences between the tenths. It says what goes together, not what causes \
              what.</p>\n{}",
             escaped(unit),
-            panels(&strongest(found), "Difference")
+            panels(&strongest(quantities), "Difference")
         )
     }
 }

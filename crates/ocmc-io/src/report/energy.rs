@@ -31,7 +31,7 @@ const LOSSES: [Loss; 14] = [
 
 /// Losses of the stores' energy, kind by kind; together they are all of it.
 pub(super) fn losses(record: &Record) -> impl Iterator<Item = (&'static str, Option<f64>)> {
-    let fields = LOSSES.iter().map(|(name, of)| (*name, of(record)));
+    let fields = LOSSES.iter().map(|(name, loss_of)| (*name, loss_of(record)));
     let own = TERMS.iter().filter(|declared| declared.place == Place::Loss);
     let own = own.filter_map(|declared| match declared.recorded {
         Recorded::Column { name, label, .. } => {

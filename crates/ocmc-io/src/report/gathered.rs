@@ -88,7 +88,8 @@ impl Gathered {
 
     /// The payload, a column that may explain the consumption, by its place, and the consumption.
     pub(super) fn triples(&self, column: usize, quantity: &RecordQuantity) -> Vec<(f64, f64, f64)> {
-        let values = self.consumption(quantity).into_iter().flat_map(|found| &found.values);
+        let values =
+            self.consumption(quantity).into_iter().flat_map(|consumption| &consumption.values);
         let columns = self.explaining[PAYLOAD].iter().zip(&self.explaining[column]);
         let triples = columns.zip(values).map(|((z, x), y)| (*z, *x, *y));
         triples.filter(|(z, x, y)| (z + x + y).is_finite()).collect()
@@ -96,8 +97,8 @@ impl Gathered {
 
     /// The cycles with the lowest and the highest consumption, from the lowest.
     pub(super) fn ends(&self, quantity: &RecordQuantity) -> Vec<(f64, Record)> {
-        let Some(found) = self.consumption(quantity) else { return Vec::new() };
-        let mut ends = found.ends.clone();
+        let Some(consumption) = self.consumption(quantity) else { return Vec::new() };
+        let mut ends = consumption.ends.clone();
         keep_ends(&mut ends);
         ends
     }

@@ -240,7 +240,7 @@ struct Explaining {
 
 /// Inputs that go with the consumption, the strongest first.
 fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining> {
-    let mut found = Vec::new();
+    let mut quantities = Vec::new();
     for (k, (_, label, factor, per_distance)) in EXPLAINING.into_iter().enumerate() {
         let triples = gathered.triples(k, quantity);
         let label = if per_distance { format!("{label} per km") } else { label.to_owned() };
@@ -249,30 +249,30 @@ fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining>
         } else {
             association_beside(&triples)
         };
-        found.extend(association.map(|association| Explaining {
+        quantities.extend(association.map(|association| Explaining {
             name: label,
             factor,
             association,
         }));
     }
-    strongest(found)
+    strongest(quantities)
 }
 
 /// Inputs that are shown, the strongest first: a share that chance gives, too, or that rounds to
 /// nothing, says nothing.
-fn strongest(mut found: Vec<Explaining>) -> Vec<Explaining> {
-    found.retain(|explaining| {
+fn strongest(mut quantities: Vec<Explaining>) -> Vec<Explaining> {
+    quantities.retain(|explaining| {
         let Association { share, by_chance, .. } = explaining.association;
         share >= LEAST_SHARE.max(by_chance)
     });
-    found.sort_by(|a, b| b.association.share.total_cmp(&a.association.share));
-    found.truncate(SHOWN);
-    found
+    quantities.sort_by(|a, b| b.association.share.total_cmp(&a.association.share));
+    quantities.truncate(SHOWN);
+    quantities
 }
 
 /// Inputs that go with the consumption: bands over tenths of the cycles.
-fn explained(found: &[Explaining], statistic: &Statistic) -> String {
-    if found.is_empty() {
+fn explained(quantities: &[Explaining], statistic: &Statistic) -> String {
+    if quantities.is_empty() {
         return String::new();
     }
     let (unit, _) = label(statistic.column);
@@ -287,17 +287,17 @@ fn explained(found: &[Explaining], statistic: &Statistic) -> String {
          spread.</p>\n",
         escaped(unit)
     );
-    text.push_str(&panels(found, "Consumption"));
+    text.push_str(&panels(quantities, "Consumption"));
     text
 }
 
 /// A picture of each quantity that goes with something, all on one scale.
-fn panels(found: &[Explaining], what: &str) -> String {
-    let all = || found.iter().flat_map(|explaining| &explaining.association.bands);
+fn panels(quantities: &[Explaining], what: &str) -> String {
+    let all = || quantities.iter().flat_map(|explaining| &explaining.association.bands);
     let low = all().map(|band| band.y[0]).fold(f64::INFINITY, f64::min);
     let high = all().map(|band| band.y[2]).fold(f64::NEG_INFINITY, f64::max);
     let mut text = "<div class=\"charts\">\n".to_owned();
-    for Explaining { name, factor, association } in found {
+    for Explaining { name, factor, association } in quantities {
         let _ = writeln!(
             text,
             "<figure><h3>{}: {:.0} %</h3>{}</figure>",

@@ -70,7 +70,7 @@ pub(super) fn key_numbers(run: &Reported) -> String {
         let _ = writeln!(text, "<div><b>{number}</b>{words}</div>");
     };
     if let Some(trucks) = &summary.trucks {
-        let of = format!("of {}", count_of(trucks.trucks, "truck"));
+        let of_trucks = format!("of {}", count_of(trucks.trucks, "truck"));
         let each = count_of(summary.cycles / trucks.trucks.max(1), "trip");
         // what a fleet uses, emits and costs; how far it drives is below
         let totals = fleet_totals(trucks).into_iter();
@@ -80,7 +80,7 @@ pub(super) fn key_numbers(run: &Reported) -> String {
                 .map_or("–".to_owned(), |[low, high]| rough(factor * (high - low) / 2.0));
             key(
                 &format!("{} ± {half} {unit}", rounded(factor * total.total)),
-                &format!("{name} {of}, {each} each"),
+                &format!("{name} {of_trucks}, {each} each"),
             );
         }
     }
@@ -147,8 +147,8 @@ pub(super) fn three_digits(value: f64) -> String {
 
 /// Where most of the energy went.
 fn energy(run: &Reported) -> Option<String> {
-    let (store, found) = largest_losses(&run.gathered.sums);
-    let parts = found.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share));
+    let (store, losses) = largest_losses(&run.gathered.sums);
+    let parts = losses.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share));
     let parts = parts.collect::<Vec<_>>().join(", ");
     (!parts.is_empty()).then(|| format!("The largest parts of the energy {store}: {parts}."))
 }

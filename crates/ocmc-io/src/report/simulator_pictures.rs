@@ -45,17 +45,22 @@ impl Picture {
 }
 
 /// The pictures of a repetition, in the order of the paper.
-pub fn pictures(of: &SimulatorRepetition) -> Vec<Picture> {
-    let mut all = vec![curve_speeds(of), accelerations(of)];
-    if !of.events.is_empty() {
-        all.extend([gains(of), gains_by_direction(of), set_speeds(of), one_event(of)]);
+pub fn pictures(repetition: &SimulatorRepetition) -> Vec<Picture> {
+    let mut all = vec![curve_speeds(repetition), accelerations(repetition)];
+    if !repetition.events.is_empty() {
+        all.extend([
+            gains(repetition),
+            gains_by_direction(repetition),
+            set_speeds(repetition),
+            one_event(repetition),
+        ]);
     }
-    all.push(drives(of));
+    all.push(drives(repetition));
     all
 }
 
 /// Speed over radius, with both laws.
-fn curve_speeds(of: &SimulatorRepetition) -> Picture {
+fn curve_speeds(repetition: &SimulatorRepetition) -> Picture {
     let (width, height) = (960.0, 420.0);
     let panel = Panel::new([110.0, 265.0], [30.0, 80.0], [50.0, 24.0, 890.0, 344.0]);
     let mut svg = begin(width, height, "Speed in curves over their radius");
@@ -67,15 +72,15 @@ fn curve_speeds(of: &SimulatorRepetition) -> Picture {
         "stroke=\"#8a8a8a\" stroke-width=\"2\"",
         "stroke=\"#8a8a8a\" stroke-dasharray=\"2 4\" stroke-width=\"2\"",
     ];
-    for ([exponent, speed_mps], how) in of.curve_laws.into_iter().zip(laws) {
+    for ([exponent, speed_mps], how) in repetition.curve_laws.into_iter().zip(laws) {
         let point = |k: u32| {
             let radius_m = 110.0 + 5.0 * f64::from(k);
-            let ratio = radius_m / of.reference_radius_m;
+            let ratio = radius_m / repetition.reference_radius_m;
             (radius_m, KMH * speed_mps * ratio.powf(exponent))
         };
         panel.line(&mut svg, (0..=31).map(point), how);
     }
-    for curve in &of.curves {
+    for curve in &repetition.curves {
         let mark = if curve.left { Mark::Cross } else { Mark::Circle };
         // drivers beside one another, as far as there is room
         let beside_m = 1.1 * (curve.driver as f64 - 4.5);
@@ -83,40 +88,40 @@ fn curve_speeds(of: &SimulatorRepetition) -> Picture {
         let point = (curve.radius_m + beside_m, KMH * curve.speed_mps);
         panel.mark(&mut svg, point, mark, colour(curve.driver - 1), &title);
     }
-    let [[exponent, speed_mps], _] = of.curve_laws;
+    let [[exponent, speed_mps], _] = repetition.curve_laws;
     let caption = format!(
         "Speed in curves: left (+) and right (o), a colour a driver; limit (dashed); the law with \
          the estimated exponent {exponent:.2} and {:.1} km/h at {:.0} m (line), and with exponent \
          0.5 (dotted).",
         KMH * speed_mps,
-        of.reference_radius_m
+        repetition.reference_radius_m
     );
     Picture::new("curve-speed", caption, svg)
 }
 
 /// Accelerations by kind of change.
-fn accelerations(of: &SimulatorRepetition) -> Picture {
+fn accelerations(repetition: &SimulatorRepetition) -> Picture {
     let (width, height) = (960.0, 420.0);
-    let kinds = of.medians_mps2.len() as f64;
+    let kinds = repetition.medians_mps2.len() as f64;
     let panel = Panel::new([0.0, kinds], [-2.5, 1.0], [50.0, 24.0, 890.0, 344.0]);
     let mut svg = begin(width, height, "Accelerations by change of the limit");
-    let [low, high] = of.within_mps2;
+    let [low, high] = repetition.within_mps2;
     panel.filled(&mut svg, [0.0, kinds], [low, high], "fill=\"#8a8a8a\" fill-opacity=\"0.25\"");
     panel.across(&mut svg, &[-2.5, -2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0], "m/s²");
-    let names: Vec<(f64, String)> = of
+    let names: Vec<(f64, String)> = repetition
         .medians_mps2
         .iter()
         .enumerate()
-        .map(|(k, of)| (k as f64 + 0.5, of.0.to_owned()))
+        .map(|(k, median)| (k as f64 + 0.5, median.0.to_owned()))
         .collect();
     panel.along(&mut svg, &names, "change of the limit, km/h");
-    for (k, (kind, ours, paper)) in of.medians_mps2.iter().enumerate() {
+    for (k, (kind, ours, paper)) in repetition.medians_mps2.iter().enumerate() {
         let k = k as f64;
         let ours = ours.unwrap_or(f64::NAN);
         panel.line(&mut svg, [(k + 0.1, *paper), (k + 0.9, *paper)], LIMIT);
         let ends = [(k + 0.1, ours), (k + 0.9, ours)];
         panel.line(&mut svg, ends, "stroke=\"#8a8a8a\" stroke-width=\"2\"");
-        for change in of.changes.iter().filter(|change| change.change == *kind) {
+        for change in repetition.changes.iter().filter(|change| change.change == *kind) {
             let point = (k + 0.1 + change.driver as f64 / 11.25, change.acceleration_mps2);
             let title = format!("driver {}, {:.2} m/s²", change.driver, point.1);
             panel.mark(&mut svg, point, Mark::Dot, colour(change.driver - 1), &title);
@@ -157,10 +162,10 @@ fn gain_bars(svg: &mut String, events: &[&SimulatorEvent], ticks: &[(f64, String
 }
 
 /// Gains by driver and event.
-fn gains(of: &SimulatorRepetition) -> Picture {
+fn gains(repetition: &SimulatorRepetition) -> Picture {
     let mut svg = begin(960.0, 580.0, "Identified gains by driver and event");
-    let events: Vec<&SimulatorEvent> = of.events.iter().collect();
-    gain_bars(&mut svg, &events, &driver_ticks(&of.events), EVENTS_OF_DRIVERS);
+    let events: Vec<&SimulatorEvent> = repetition.events.iter().collect();
+    gain_bars(&mut svg, &events, &driver_ticks(&repetition.events), EVENTS_OF_DRIVERS);
     let caption = "Identified gains, one fit for each driver and event: climbs (orange) and \
                    descents (blue); a dark edge where the gain ended at a bound, a black line \
                    where the driver's own gain lies. Axes are cut off as in the paper.";
@@ -180,9 +185,9 @@ fn driver_ticks(events: &[SimulatorEvent]) -> Vec<(f64, String)> {
 }
 
 /// The same, climbs first.
-fn gains_by_direction(of: &SimulatorRepetition) -> Picture {
+fn gains_by_direction(repetition: &SimulatorRepetition) -> Picture {
     let mut svg = begin(960.0, 580.0, "Identified gains, climbs and descents apart");
-    let mut events: Vec<&SimulatorEvent> = of.events.iter().collect();
+    let mut events: Vec<&SimulatorEvent> = repetition.events.iter().collect();
     events.sort_by(|a, b| b.grade.total_cmp(&a.grade).then(a.driver.cmp(&b.driver)));
     let mut ticks: Vec<(f64, String)> = Vec::new();
     for group in events.chunk_by(|a, b| a.event == b.event) {
@@ -205,14 +210,14 @@ fn gains_by_direction(of: &SimulatorRepetition) -> Picture {
 }
 
 /// Set speeds by driver and event.
-fn set_speeds(of: &SimulatorRepetition) -> Picture {
-    let n = of.events.len() as f64;
+fn set_speeds(repetition: &SimulatorRepetition) -> Picture {
+    let n = repetition.events.len() as f64;
     let panel = Panel::new([0.0, n], [60.0, 80.0], [50.0, 24.0, 890.0, 244.0]);
     let mut svg = begin(960.0, 320.0, "Identified set speeds");
     panel.across(&mut svg, &[60.0, 65.0, 70.0, 75.0, 80.0], "km/h");
-    panel.along(&mut svg, &driver_ticks(&of.events), EVENTS_OF_DRIVERS);
+    panel.along(&mut svg, &driver_ticks(&repetition.events), EVENTS_OF_DRIVERS);
     panel.line(&mut svg, [(0.0, 70.0), (n, 70.0)], LIMIT);
-    for (place, event) in of.events.iter().enumerate() {
+    for (place, event) in repetition.events.iter().enumerate() {
         let place = place as f64;
         let fill = if event.grade > 0.0 { UPHILL } else { DOWNHILL };
         let top = KMH * event.set_speed_mps;
@@ -231,10 +236,10 @@ fn set_speeds(of: &SimulatorRepetition) -> Picture {
 type Signal = fn(&DriveSeries) -> &Vec<f64>;
 
 /// Recorded against simulated speed and pedals, for the steepest descent of the second driver.
-fn one_event(of: &SimulatorRepetition) -> Picture {
-    let second = of.events.iter().filter(|event| event.driver == 2);
+fn one_event(repetition: &SimulatorRepetition) -> Picture {
+    let second = repetition.events.iter().filter(|event| event.driver == 2);
     let steepest = second.min_by(|a, b| a.grade.total_cmp(&b.grade));
-    let event = steepest.or(of.events.first()).expect("events are there");
+    let event = steepest.or(repetition.events.first()).expect("events are there");
     let mut svg = begin(960.0, 580.0, "Recorded against simulated speed and pedals");
     let (recorded, simulated) = (&event.recorded, &event.simulated);
     let start_m = recorded.position_m.first().copied().unwrap_or(0.0);
@@ -247,9 +252,9 @@ fn one_event(of: &SimulatorRepetition) -> Picture {
     let speeds = [5.0 * (slow / 5.0 - 0.2).floor(), 5.0 * (fast / 5.0 + 0.2).ceil()];
     let brakes = [0.0, (10.0 * extremes(&recorded.brake)[1]).ceil().max(1.0) / 10.0];
     let signals: [(&str, [f64; 2], f64, Signal); 3] = [
-        ("speed, km/h", speeds, KMH, |of| &of.speed_mps),
-        ("accelerator", [0.0, 1.0], 1.0, |of| &of.accelerator),
-        ("brake", brakes, 1.0, |of| &of.brake),
+        ("speed, km/h", speeds, KMH, |series| &series.speed_mps),
+        ("accelerator", [0.0, 1.0], 1.0, |series| &series.accelerator),
+        ("brake", brakes, 1.0, |series| &series.brake),
     ];
     for (k, (name, range, factor, signal)) in signals.into_iter().enumerate() {
         let frame = [50.0, 28.0 + 180.0 * k as f64, 890.0, 140.0];
@@ -279,10 +284,10 @@ fn thinned(series: &DriveSeries, most: usize) -> impl Iterator<Item = usize> + u
 }
 
 /// The speed of each driver over the way, with the simulated events on it.
-fn drives(of: &SimulatorRepetition) -> Picture {
-    let (height, step) = (36.0 + 150.0 * of.drives.len() as f64, 150.0);
+fn drives(repetition: &SimulatorRepetition) -> Picture {
+    let (height, step) = (36.0 + 150.0 * repetition.drives.len() as f64, 150.0);
     let mut svg = begin(960.0, height, "Speed of each driver over the way");
-    for (k, drive) in of.drives.iter().enumerate() {
+    for (k, drive) in repetition.drives.iter().enumerate() {
         let series = &drive.series;
         let end_m = series.position_m.last().copied().unwrap_or(1.0);
         let panel =
@@ -299,7 +304,7 @@ fn drives(of: &SimulatorRepetition) -> Picture {
         panel.line(&mut svg, limits, LIMIT);
         let speeds = thinned(series, MOST_POINTS).map(|k| (way(k), KMH * series.speed_mps[k]));
         panel.line(&mut svg, speeds, RECORDED);
-        for event in of.events.iter().filter(|event| event.driver == k + 1) {
+        for event in repetition.events.iter().filter(|event| event.driver == k + 1) {
             let series = &event.simulated;
             let point = |k: usize| (series.position_m[k], KMH * series.speed_mps[k]);
             panel.line(&mut svg, thinned(series, MOST_POINTS / 10).map(point), SIMULATED);

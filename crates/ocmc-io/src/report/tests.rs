@@ -55,8 +55,8 @@ fn the_report_has_every_part_and_fetches_nothing() {
     }
     for foreign in ["http://", "https://", "<script", "@import", "url("] {
         // sources that a study names are text, not links
-        let found = page.match_indices(foreign).find(|(at, _)| page[..*at].ends_with(['"', '\'']));
-        assert!(found.is_none(), "{foreign}");
+        let place = page.match_indices(foreign).find(|(at, _)| page[..*at].ends_with(['"', '\'']));
+        assert!(place.is_none(), "{foreign}");
     }
     assert!(!page.contains("<script") && !page.contains("NaN") && !page.contains("inf"));
     for tag in ["div", "table", "figure", "svg", "details", "tr", "td", "th", "code"] {
@@ -114,15 +114,18 @@ fn a_study_with_routes_is_saved_where_they_are_named_from() {
 
 #[test]
 fn a_share_that_rounds_to_nothing_is_not_shown() {
-    let of = |share: f64| Explaining {
+    let explaining = |share: f64| Explaining {
         name: format!("{share}"),
         factor: 1.0,
         association: Association { share, by_chance: 0.0, bands: Vec::new() },
     };
-    let names = |found: Vec<Explaining>| -> Vec<String> {
-        strongest(found).into_iter().map(|explaining| explaining.name).collect()
+    let names = |quantities: Vec<Explaining>| -> Vec<String> {
+        strongest(quantities).into_iter().map(|explaining| explaining.name).collect()
     };
-    assert_eq!(names(vec![of(0.2), of(-0.001), of(0.004), of(0.6)]), ["0.6", "0.2"]);
+    assert_eq!(
+        names(vec![explaining(0.2), explaining(-0.001), explaining(0.004), explaining(0.6)]),
+        ["0.6", "0.2"]
+    );
 }
 
 #[test]

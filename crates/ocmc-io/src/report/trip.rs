@@ -107,19 +107,19 @@ impl Series {
                 _ => first..first + count,
             };
             first += count;
-            let of = |values: &[f64], start: f64, both: fn(f64, f64) -> f64| {
+            let folded = |values: &[f64], start: f64, both: fn(f64, f64) -> f64| {
                 values[rows.clone()].iter().copied().fold(start, both)
             };
-            let sum = |values: &[f64]| of(values, 0.0, |sum, value| sum + value);
+            let sum = |values: &[f64]| folded(values, 0.0, |sum, value| sum + value);
             let mean = |values: &[f64]| sum(values) / rows.len() as f64;
             let power = |values: &[f64]| {
                 let time_s = sum(step);
                 if time_s > 0.0 { (sum(values) / time_s).max(0.0) } else { 0.0 }
             };
             let last = rows.end - 1;
-            let low = of(speed, f64::INFINITY, f64::min);
-            series.speed_mps.push([low, of(speed, 0.0, f64::max)]);
-            series.desired_mps.push(of(desired, 0.0, f64::max));
+            let low = folded(speed, f64::INFINITY, f64::min);
+            series.speed_mps.push([low, folded(speed, 0.0, f64::max)]);
+            series.desired_mps.push(folded(desired, 0.0, f64::max));
             series.limit_mps.push(limit[last]);
             series.grade.push(mean(grade));
             series.service_w.push(power(service));

@@ -50,7 +50,7 @@ pub(super) fn trucks(summary: &Summary) -> String {
 fn shares(trucks: &TruckSummary, own: &Statistic) -> String {
     let Some(components) = trucks.components else { return String::new() };
     let between = components.between_sd * components.between_sd;
-    let of = |times: &[Statistic]| {
+    let trips_and_share = |times: &[Statistic]| {
         let times = times.iter().find(|statistic| statistic.column == own.column)?;
         let trips = own.n as f64 / times.n as f64;
         let share = between / (between + components.within_variance / trips);
@@ -58,14 +58,14 @@ fn shares(trucks: &TruckSummary, own: &Statistic) -> String {
     };
     let rows = [
         ("trip", Some((1.0, components.share_of_trips))),
-        ("month", of(&trucks.truck_months)),
-        ("year", of(&trucks.truck_years)),
+        ("month", trips_and_share(&trucks.truck_months)),
+        ("year", trips_and_share(&trucks.truck_years)),
     ];
     let (width, left, right, line) = (720.0, 110.0, 640.0, 34.0);
     let x = Scale { from: [0.0, 1.0], to: [left, right] };
     let mut text = begin(width, 3.0 * line + 8.0, "Share of the variance that is between trucks");
-    for (k, (name, found)) in rows.into_iter().enumerate() {
-        let Some((trips, share)) = found else { continue };
+    for (k, (name, known)) in rows.into_iter().enumerate() {
+        let Some((trips, share)) = known else { continue };
         let top = line * k as f64 + 6.0;
         let end = x.at(share);
         let _ = writeln!(
@@ -121,13 +121,13 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     let along = "trucks, from the lowest to the highest";
     words(&mut text, [width / 2.0, height - 6.0], "middle", "", along);
     text.push_str("</svg>\n");
-    let of = match all.len() - count {
+    let chosen = match all.len() - count {
         0 => String::new(),
         _ => format!(" Of {} truck-years {count}, evenly by rank.", grouped(all.len() as u64)),
     };
     format!(
         "<figure>{text}<figcaption>{unit} of each truck's year with the 95 % interval over other \
-         trips of the same truck.{of}</figcaption></figure>\n"
+         trips of the same truck.{chosen}</figcaption></figure>\n"
     )
 }
 
@@ -158,7 +158,8 @@ fn seasons(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     if known.len() < 2 {
         return String::new();
     }
-    let all = |of: &dyn Fn(&(&str, f64)) -> String| known.iter().map(of).collect::<String>();
+    let all =
+        |text_of: &dyn Fn(&(&str, f64)) -> String| known.iter().map(text_of).collect::<String>();
     format!(
         "<p class=\"soft\">{unit} by month of departure, total over total.</p>\n<div \
          class=\"wide\" tabindex=\"0\"><table>\n\

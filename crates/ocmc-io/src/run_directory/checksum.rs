@@ -113,12 +113,12 @@ impl Checksums {
     /// [`RunDirectoryError::Changed`], and where the file cannot be read.
     pub(super) fn check(&self, name: &str) -> Result<(), RunDirectoryError> {
         let path = self.directory.join(name);
-        let found = sha256::of_file(&path).map_err(FileError::read(&path))?;
+        let sum_of_file = sha256::of_file(&path).map_err(FileError::read(&path))?;
         let mut sums = self.lines.iter().filter(|(_, other)| other == name).peekable();
         if sums.peek().is_none() {
             return Err(RunDirectoryError::without_sum(&self.directory, name));
         }
-        if sums.any(|(sum, _)| *sum == found) {
+        if sums.any(|(sum, _)| *sum == sum_of_file) {
             return Ok(());
         }
         Err(RunDirectoryError::Changed(path))

@@ -56,9 +56,10 @@ pub fn check_free_of_groups(folder: &Path, groups: &[&str]) -> Result<(), RunDir
         check_free(&folder.join(group))?;
     }
     let taken = [(FLEET, "the answer of a fleet"), (PAGE, "a report")];
-    let Some((name, of)) = taken.into_iter().find(|(name, _)| folder.join(name).exists()) else {
+    let Some((name, content)) = taken.into_iter().find(|(name, _)| folder.join(name).exists())
+    else {
         return Ok(());
     };
-    let (path, what) = (folder.to_owned(), format!("`{name}`, {of}"));
+    let (path, what) = (folder.to_owned(), format!("`{name}`, {content}"));
     Err(RunDirectoryError::Exists { path, what, unfinished: false })
 }

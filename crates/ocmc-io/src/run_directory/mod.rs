@@ -458,14 +458,14 @@ pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
         unfinished,
     };
     // what else is wrong with the path shows when the directory is created
-    let Ok(found) = fs::metadata(path) else { return Ok(()) };
-    if !found.is_dir() {
+    let Ok(metadata) = fs::metadata(path) else { return Ok(()) };
+    if !metadata.is_dir() {
         return Err(RunDirectoryError::NotADirectory(path.to_owned()));
     }
     if path.join(MANIFEST).exists() {
         return Err(match read_manifest(path) {
-            Ok(found) => {
-                let Manifest { study, seed, completed, cycles, status, .. } = found;
+            Ok(manifest) => {
+                let Manifest { study, seed, completed, cycles, status, .. } = manifest;
                 let how_far = format!("{completed} of {cycles} cycles, {}", status.name());
                 let what = format!("study `{study}`, seed {seed}, {how_far}");
                 exists(what, status != RunStatus::Complete)

@@ -151,12 +151,12 @@ fn tree(text: &str) -> Option<Node> {
 
 /// The keys in the order in which they are written; those of a table stand before its tables.
 fn leaves(root: &Node) -> Vec<Leaf<'_>> {
-    let mut found = Vec::new();
-    add_leaves(root, &[], &mut found);
-    found
+    let mut leaves = Vec::new();
+    add_leaves(root, &[], &mut leaves);
+    leaves
 }
 
-fn add_leaves<'a>(table: &'a Node, above: &[&'a str], found: &mut Vec<Leaf<'a>>) {
+fn add_leaves<'a>(table: &'a Node, above: &[&'a str], leaves: &mut Vec<Leaf<'a>>) {
     let entries = written(table);
     let path = |name: &'a str| [above, &[name]].concat();
     let whole = |name: &str, node: &Node| match &node.content {
@@ -168,10 +168,10 @@ fn add_leaves<'a>(table: &'a Node, above: &[&'a str], found: &mut Vec<Leaf<'a>>)
         _ => true,
     };
     for (name, value) in entries.iter().filter(|(name, value)| whole(name, value)) {
-        found.push(Leaf { path: path(name), value });
+        leaves.push(Leaf { path: path(name), value });
     }
     for (name, value) in entries.iter().filter(|(name, value)| !whole(name, value)) {
-        add_leaves(value, &path(name), found);
+        add_leaves(value, &path(name), leaves);
     }
 }
 
@@ -339,9 +339,9 @@ mod tests {
             "simulation.without=[\"curves\"]",
         ];
         let to = load("field-truck", &sets).expect("a study").model;
-        let found = settings_from("field-truck", &resolved_toml(&to)).expect("settings");
-        assert_eq!(found.len(), 3, "{found:?}");
-        let again = load("field-truck", &found).expect("the same").model;
+        let settings = settings_from("field-truck", &resolved_toml(&to)).expect("settings");
+        assert_eq!(settings.len(), 3, "{settings:?}");
+        let again = load("field-truck", &settings).expect("the same").model;
         assert_eq!(study_hash(&again), study_hash(&to));
         let same = resolved_toml(&load("field-truck", NONE).expect("built in").model);
         assert_eq!(settings_from("field-truck", &same), Some(Vec::new()));

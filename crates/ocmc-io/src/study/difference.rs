@@ -49,18 +49,18 @@ impl KeyDifference {
 /// far their ratio is from 1.
 pub fn differences(a: &StudyModel, b: &StudyModel) -> Vec<KeyDifference> {
     let [a, b] = [a, b].map(|model| serde_json::to_value(model).expect("numbers and words"));
-    let mut found = Vec::new();
-    compare("", Some(&a), Some(&b), &mut found);
+    let mut differences = Vec::new();
+    compare("", Some(&a), Some(&b), &mut differences);
     let far = |difference: &KeyDifference| match difference.ratio {
         Some(ratio) if ratio > 0.0 => libm::log(ratio).abs(),
         _ => f64::INFINITY,
     };
     // of equal distances the order of the study stays
-    found.sort_by(|a, b| far(b).total_cmp(&far(a)));
-    found
+    differences.sort_by(|a, b| far(b).total_cmp(&far(a)));
+    differences
 }
 
-fn compare(key: &str, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<KeyDifference>) {
+fn compare(key: &str, a: Option<&Value>, b: Option<&Value>, differences: &mut Vec<KeyDifference>) {
     let path = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
     match (a, b) {
         (Some(Value::Object(a)), Some(Value::Object(b))) if same_kind(a, b) => {
@@ -69,14 +69,14 @@ fn compare(key: &str, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<KeyD
                 if key.is_empty() && NOT_DRIVEN.contains(&name.as_str()) {
                     continue;
                 }
-                compare(&path(name), a.get(name), b.get(name), found);
+                compare(&path(name), a.get(name), b.get(name), differences);
             }
         }
         (Some(Value::Array(a)), Some(Value::Array(b)))
             if a.len() == b.len() && a.iter().chain(b).any(Value::is_object) =>
         {
             for (k, (a, b)) in a.iter().zip(b).enumerate() {
-                compare(&path(&k.to_string()), Some(a), Some(b), found);
+                compare(&path(&k.to_string()), Some(a), Some(b), differences);
             }
         }
         _ => {
@@ -86,7 +86,7 @@ fn compare(key: &str, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<KeyD
                 // lists of one mean differ otherwise
                 let ratio = ratio.and_then(|(a, b)| (a != 0.0 && a != b).then(|| b / a));
                 let (a, b) = (a.cloned(), b.cloned());
-                found.push(KeyDifference { key: key.to_owned(), a, b, ratio });
+                differences.push(KeyDifference { key: key.to_owned(), a, b, ratio });
             }
         }
     }
@@ -166,21 +166,21 @@ mod tests {
             "mission.payload_kg=12000",
         ];
         let changed = base.set(&sets).expect("allowed");
-        let found = differences(&base.model, &changed.model);
-        let keys: Vec<&str> = found.iter().map(|difference| difference.key.as_str()).collect();
+        let changes = differences(&base.model, &changed.model);
+        let keys: Vec<&str> = changes.iter().map(|difference| difference.key.as_str()).collect();
         for key in ["driver.curve_speed.form", "mission.payload_kg", "vehicle.drag_area_m2"] {
             assert!(keys.contains(&key), "{keys:?}");
         }
         assert!(keys.contains(&"vehicle.axles.1.iso_rolling_coefficient"), "{keys:?}");
         assert_eq!(keys.len(), 4, "{keys:?}");
         // what has no ratio stands first
-        assert!(found[0].ratio.is_none() && found[3].ratio.is_some());
-        let text = differences_text(&found, 3);
+        assert!(changes[0].ratio.is_none() && changes[3].ratio.is_some());
+        let text = differences_text(&changes, 3);
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
         assert!(text.contains("table") && text.ends_with("and 1 more\n"), "{text}");
         // back again
         let back = differences(&changed.model, &base.model);
-        assert_eq!(back.len(), found.len());
+        assert_eq!(back.len(), changes.len());
     }
 
     #[test]
@@ -190,9 +190,9 @@ mod tests {
                    components=[0.0, {distribution='uniform', lower=1.0, upper=9000.0}]}";
         let a = base.set(&[law]).expect("allowed");
         let b = a.set(&["mission.payload_kg.components.1.upper=8000.0"]).expect("allowed");
-        let found = differences(&a.model, &b.model);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert_eq!(found[0].key, "mission.payload_kg.components.1.upper");
+        let changes = differences(&a.model, &b.model);
+        assert_eq!(changes.len(), 1, "{changes:?}");
+        assert_eq!(changes[0].key, "mission.payload_kg.components.1.upper");
         let c = a.set(&["mission.payload_kg.weights=[0.7, 0.3]"]).expect("allowed");
         let text = differences_text(&differences(&a.model, &c.model), 9);
         assert_eq!(text, "mission.payload_kg.weights  [0.3, 0.7] -> [0.7, 0.3]\n");
@@ -202,11 +202,11 @@ mod tests {
     fn a_table_that_one_lacks_is_one_line() {
         let [a, b] =
             ["field-truck", "battery-truck"].map(|name| load(name, NONE).expect("built in"));
-        let found = differences(&a.model, &b.model);
+        let changes = differences(&a.model, &b.model);
         let lacking = |key: &str| {
-            found.iter().any(|difference| difference.key == key && difference.b.is_none())
+            changes.iter().any(|difference| difference.key == key && difference.b.is_none())
         };
-        assert!(lacking("vehicle.powertrain.combustion"), "{found:?}");
-        assert!(!found.iter().any(|difference| difference.key.contains("combustion.")));
+        assert!(lacking("vehicle.powertrain.combustion"), "{changes:?}");
+        assert!(!changes.iter().any(|difference| difference.key.contains("combustion.")));
     }
 }

@@ -70,9 +70,9 @@ impl<'a> Keys<'a> {
 
     /// A number between two bounds.
     fn number(&self, key: &str, [low, high]: [f64; 2]) -> Result<f64, String> {
-        let found = self.values.get(key).copied().unwrap_or("missing");
+        let value = self.values.get(key).copied().unwrap_or("missing");
         self.some(key).filter(|number| *number > low && *number <= high).ok_or_else(|| {
-            format!("`{key}` is {found}, allowed is a number above {low} and up to {high}")
+            format!("`{key}` is {value}, allowed is a number above {low} and up to {high}")
         })
     }
 
@@ -339,8 +339,11 @@ mod tests {
                 let (record, ours) = follow_study(&study, 1, 0, &cycle_of);
                 let theirs = follow(&cycle_of, &body, &mut driveline.clone());
                 let apart = |term: Term| ours.ledger[term] / theirs.ledger[term] - 1.0;
-                let found = record.consumption(Carrier::LiquidFuel).unwrap();
-                assert!((found - l_per_100km).abs() < 0.006, "{truck} {cycle}: {found}");
+                let consumption = record.consumption(Carrier::LiquidFuel).unwrap();
+                assert!(
+                    (consumption - l_per_100km).abs() < 0.006,
+                    "{truck} {cycle}: {consumption}"
+                );
                 for (term, bound) in [
                     (Term::Drag, 1e-3),
                     (Term::Rolling, 1e-3),

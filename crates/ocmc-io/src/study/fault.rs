@@ -247,13 +247,13 @@ fn words_of(root: &Node, steps: &[Step]) -> Vec<String> {
 
 /// The steps to the first value that is wanted.
 fn first_below(node: &Node, wanted: &impl Fn(&[Step], &Node) -> bool) -> Option<Vec<Step>> {
-    let mut found = None;
+    let mut first = None;
     walk(node, &mut Vec::new(), &mut |steps, node| {
-        if found.is_none() && wanted(steps, node) {
-            found = Some(steps.to_vec());
+        if first.is_none() && wanted(steps, node) {
+            first = Some(steps.to_vec());
         }
     });
-    found
+    first
 }
 
 /// The words between backticks.
@@ -284,7 +284,7 @@ fn from_problem(root: &Node, problem: Problem) -> Box<Fault> {
     let Problem { path, value, allowed } = problem;
     // the core's paths have no indices: look for the number itself first
     let number: Option<f64> = value.parse().ok();
-    let found = first_below(root, &|steps, node| {
+    let first = first_below(root, &|steps, node| {
         let keys = steps.iter().filter_map(|step| match step {
             Step::Key(key) => Some(key.as_str()),
             Step::Index(_) => None,
@@ -296,7 +296,7 @@ fn from_problem(root: &Node, problem: Problem) -> Box<Fault> {
         };
         same && keys.collect::<Vec<_>>().join(".") == path
     });
-    let steps = found.unwrap_or_else(|| path.split('.').map(|k| Step::Key(k.to_owned())).collect());
+    let steps = first.unwrap_or_else(|| path.split('.').map(|k| Step::Key(k.to_owned())).collect());
     let (node, _) = root.follow(&steps);
     Fault::not_allowed(path_of(&steps), value, allowed).at(node.any_place())
 }

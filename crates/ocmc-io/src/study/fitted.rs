@@ -371,10 +371,10 @@ mod tests {
             ],
         );
         let (_, model) = fitted_study("field-truck", "mine", BY, &part.json()).unwrap();
-        let found = model.uncertain().expect("one number");
-        let found: Vec<(&str, f64)> =
-            found.keys.iter().map(|key| (key.key.as_str(), key.standard_error)).collect();
-        assert_eq!(found, [("weather.temperature.mean_k", 0.1235)]);
+        let uncertain = model.uncertain().expect("one number");
+        let errors: Vec<(&str, f64)> =
+            uncertain.keys.iter().map(|key| (key.key.as_str(), key.standard_error)).collect();
+        assert_eq!(errors, [("weather.temperature.mean_k", 0.1235)]);
 
         // of two shares whose sum is 1 one says it all, of five none does
         let road = &base.road.types;

@@ -114,7 +114,7 @@ fn tables(entries: &[&JudgedNumbers], before: &str, effects_of: Option<&str>) ->
         let table = numbers.keys.iter().map(range).chain([reason]);
         (numbers.name.clone(), Value::Object(table.collect()))
     };
-    let effects_of = effects_of.map(|of| (EFFECTS_OF.to_owned(), Value::from(of)));
+    let effects_of = effects_of.map(|name| (EFFECTS_OF.to_owned(), Value::from(name)));
     Value::Object(entries.iter().map(entry).chain(effects_of).collect())
 }
 
@@ -167,8 +167,8 @@ pub(super) fn take(tree: &mut Node) -> Result<Judged, Box<Fault>> {
         let Content::Table(tables) = &tables.content else { return Err(wrong(&tables, TABLE)) };
         for (name, entry) in tables {
             match entry.as_str().filter(|_| name == EFFECTS_OF) {
-                Some(of) if before.is_empty() => judged.study = Some(of.to_owned()),
-                Some(of) => judged.vehicle = Some(of.to_owned()),
+                Some(study) if before.is_empty() => judged.study = Some(study.to_owned()),
+                Some(vehicle) => judged.vehicle = Some(vehicle.to_owned()),
                 None if name == FITTED => {}
                 None => {
                     let (judged_still, replaced) = numbers_of(tree, name, entry, before)?;
@@ -199,10 +199,11 @@ fn wrong(node: &Node, key: &str) -> Box<Fault> {
 fn standing(key: &str, value: &Node, fits: Option<&Node>) -> String {
     let Some(place) = value.any_place() else { return "typed".to_owned() };
     let source = &place.source;
-    let is_of_it = |from: &Node| from.any_place().is_some_and(|of| of.source == *source);
+    let is_of_it = |from: &Node| from.any_place().is_some_and(|place| place.source == *source);
     let fits = fits.into_iter().flat_map(Node::children);
     let fits: Vec<_> = fits.into_iter().filter(|(_, from)| is_of_it(from)).collect();
-    let is_below = |of: &str| key == of || key.strip_prefix(of).is_some_and(|k| k.starts_with('.'));
+    let is_below =
+        |path: &str| key == path || key.strip_prefix(path).is_some_and(|k| k.starts_with('.'));
     let names = |from: &Node| {
         let keys = from.get(FITTED_KEYS).map(Node::to_json);
         let keys = keys.as_ref().and_then(Value::as_array).into_iter().flatten();
@@ -237,12 +238,12 @@ fn numbers_of<'a>(
 ) -> Result<(Option<JudgedNumbers>, Vec<Replaced<'a>>), Box<Fault>> {
     let place = format!("{before}{TABLE}.{name}");
     let Content::Table(keys) = &entry.content else { return Err(wrong(entry, &place)) };
-    let mut found =
+    let mut numbers =
         JudgedNumbers { name: name.to_owned(), reason: String::new(), keys: Vec::new() };
     let mut replaced = Vec::new();
     for (key, value) in keys {
         if let (true, Some(reason)) = (key == "reason", value.as_str()) {
-            reason.clone_into(&mut found.reason);
+            reason.clone_into(&mut numbers.reason);
             continue;
         }
         let Value::Array(values) = value.to_json() else { return Err(wrong(value, &place)) };
@@ -252,16 +253,16 @@ fn numbers_of<'a>(
         let path = format!("{before}{key}");
         match tree_value(tree, &path) {
             Some(value) if same(&value.to_json(), &judged) => {
-                found.keys.push(JudgedKey { path, low, judged, high });
+                numbers.keys.push(JudgedKey { path, low, judged, high });
             }
             Some(value) => replaced.push((path, value)),
             None => {}
         }
     }
-    if found.reason.is_empty() {
+    if numbers.reason.is_empty() {
         return Err(wrong(entry, &place));
     }
-    Ok(((!found.keys.is_empty()).then_some(found), replaced))
+    Ok(((!numbers.keys.is_empty()).then_some(numbers), replaced))
 }
 
 fn tree_value<'a>(tree: &'a Node, path: &str) -> Option<&'a Node> {
@@ -269,8 +270,8 @@ fn tree_value<'a>(tree: &'a Node, path: &str) -> Option<&'a Node> {
         Ok(index) => Step::Index(index),
         Err(_) => Step::Key(name.to_owned()),
     };
-    let (node, found) = tree.follow(&path.split('.').map(step).collect::<Vec<_>>());
-    found.then_some(node)
+    let (node, is_there) = tree.follow(&path.split('.').map(step).collect::<Vec<_>>());
+    is_there.then_some(node)
 }
 
 /// Whether two values are the same, however their numbers are written.

@@ -156,8 +156,8 @@ mod tests {
     fn every_built_in_study_has_its_effects() {
         for study in STUDIES {
             let loaded = load(study.name, &[] as &[&str]).unwrap();
-            let found = loaded.judged_doubt().unwrap_or_else(|| panic!("{}", study.name));
-            let stored = found.stored.unwrap_or_else(|| panic!("{} has none", study.name));
+            let doubt = loaded.judged_doubt().unwrap_or_else(|| panic!("{}", study.name));
+            let stored = doubt.stored.unwrap_or_else(|| panic!("{} has none", study.name));
             assert_eq!(stored.effects_of, study.name);
             // `scripts/judged_effects.py` reckons them again
             assert!(stored.is_same, "{} has changed: {}", study.name, study_hash(&loaded.model));

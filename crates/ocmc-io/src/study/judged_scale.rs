@@ -43,12 +43,12 @@ impl JudgedNumbers {
     pub fn moving(&self, place: f64) -> Vec<MovedNumber> {
         /// Half the way over which slopes are taken.
         const STEP: f64 = 0.05;
-        let mut found = Vec::new();
+        let mut moved = Vec::new();
         for key in &self.keys {
             let sides = [key.at(place - STEP), key.at(place), key.at(place + STEP)];
-            collect(&key.path, [&sides[0], &sides[1], &sides[2]], 2.0 * STEP, &mut found);
+            collect(&key.path, [&sides[0], &sides[1], &sides[2]], 2.0 * STEP, &mut moved);
         }
-        found
+        moved
     }
 }
 
@@ -134,25 +134,25 @@ fn number(range: [&Number; 3], place: f64, is_share: bool) -> Value {
 }
 
 /// The numbers that differ between the two sides.
-fn collect(path: &str, [a, b, c]: [&Value; 3], apart: f64, found: &mut Vec<MovedNumber>) {
+fn collect(path: &str, [a, b, c]: [&Value; 3], apart: f64, moved: &mut Vec<MovedNumber>) {
     let below = |name: &str| format!("{path}.{name}");
     match (a, b, c) {
         (Value::Number(a), Value::Number(b), Value::Number(c)) => {
             let [a, b, c] = [a, b, c].map(|number| number.as_f64().unwrap_or(f64::NAN));
             if a != c {
                 let slope = (c - a) / apart;
-                found.push(MovedNumber { path: path.to_owned(), value: b, slope });
+                moved.push(MovedNumber { path: path.to_owned(), value: b, slope });
             }
         }
         (Value::Array(a), Value::Array(b), Value::Array(c)) => {
             for (k, ((a, b), c)) in a.iter().zip(b).zip(c).enumerate() {
-                collect(&below(&k.to_string()), [a, b, c], apart, found);
+                collect(&below(&k.to_string()), [a, b, c], apart, moved);
             }
         }
         (Value::Object(a), Value::Object(b), Value::Object(c)) => {
             for (key, b) in b {
                 if let (Some(a), Some(c)) = (a.get(key), c.get(key)) {
-                    collect(&below(key), [a, b, c], apart, found);
+                    collect(&below(key), [a, b, c], apart, moved);
                 }
             }
         }

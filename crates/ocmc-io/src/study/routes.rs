@@ -76,12 +76,12 @@ fn checked_hash(
     table: Option<&str>,
     wanted: Option<String>,
 ) -> Result<String, TableError> {
-    let found = given_cycle::file_hash(path, table)?;
+    let hash = given_cycle::file_hash(path, table)?;
     match wanted {
-        Some(wanted) if wanted != found => {
-            Err(TableError::of(path, Fault::Changed { found, wanted }))
+        Some(wanted) if wanted != hash => {
+            Err(TableError::of(path, Fault::Changed { found: hash, wanted }))
         }
-        _ => Ok(found),
+        _ => Ok(hash),
     }
 }
 

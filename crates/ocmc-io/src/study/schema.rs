@@ -89,25 +89,25 @@ mod tests {
     }
 
     /// Keys whose number has no range, by their paths.
-    fn without_range(path: &str, key: &Value, found: &mut Vec<String>) {
+    fn without_range(path: &str, key: &Value, paths: &mut Vec<String>) {
         let entry = Key(key).entry().0;
         let number = entry.get("anyOf").is_some() || entry["type"] == "number";
         if number && Key(key).bounds().is_none() {
-            found.push(path.to_owned());
+            paths.push(path.to_owned());
         }
         for (name, below) in entry["properties"].as_object().into_iter().flatten() {
-            without_range(&format!("{path}.{name}"), below, found);
+            without_range(&format!("{path}.{name}"), below, paths);
         }
         if let Some(any) = Key(key).any_name() {
-            without_range(&format!("{path}.*"), any.0, found);
+            without_range(&format!("{path}.*"), any.0, paths);
         }
     }
 
     #[test]
     fn every_number_has_a_range() {
-        let mut found = Vec::new();
-        without_range("study", &schema(), &mut found);
-        assert_eq!(found, Vec::<String>::new());
+        let mut paths = Vec::new();
+        without_range("study", &schema(), &mut paths);
+        assert_eq!(paths, Vec::<String>::new());
     }
 
     #[test]

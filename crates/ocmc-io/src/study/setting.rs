@@ -157,12 +157,12 @@ mod tests {
 
     #[test]
     fn values_of_a_key_end_at_commas_that_are_no_part_of_one() {
-        let of = |setting: &str| alternatives(setting).unwrap().1;
-        assert_eq!(of("a=1, 2.5,x"), ["1", "2.5", "x"]);
-        assert_eq!(of("a=[1, [2, 3]], [4]"), ["[1, [2, 3]]", "[4]"]);
-        assert_eq!(of(r#"a={ b = "x,}", c = 'y,"' },2"#), [r#"{ b = "x,}", c = 'y,"' }"#, "2"]);
-        assert_eq!(of(r#"a="x\",y",'\',z"#), [r#""x\",y""#, r"'\'", "z"]);
-        assert_eq!(of("a=driver's,b[1,c]"), ["driver's", "b[1", "c]"]);
+        let values = |setting: &str| alternatives(setting).unwrap().1;
+        assert_eq!(values("a=1, 2.5,x"), ["1", "2.5", "x"]);
+        assert_eq!(values("a=[1, [2, 3]], [4]"), ["[1, [2, 3]]", "[4]"]);
+        assert_eq!(values(r#"a={ b = "x,}", c = 'y,"' },2"#), [r#"{ b = "x,}", c = 'y,"' }"#, "2"]);
+        assert_eq!(values(r#"a="x\",y",'\',z"#), [r#""x\",y""#, r"'\'", "z"]);
+        assert_eq!(values("a=driver's,b[1,c]"), ["driver's", "b[1", "c]"]);
         for setting in ["a=1,,2", "a=1,", "a", "a=[1,2", "=1,2", "a=\"x,y"] {
             assert!(alternatives(setting).is_err(), "{setting}");
         }

@@ -113,7 +113,9 @@ fn add_rows<W: Write>(
     let columns: Vec<Option<&ArrayRef>> =
         schema.fields().iter().map(|field| table.column_by_name(field.name())).collect();
     for row in 0..table.num_rows() {
-        sheet.row(columns.iter().map(|column| column.map_or(Cell::Empty, |of| cell(of, row))))?;
+        sheet.row(
+            columns.iter().map(|column| column.map_or(Cell::Empty, |column| cell(column, row))),
+        )?;
     }
     Ok(())
 }

@@ -62,10 +62,10 @@ mod tests {
     #[test]
     fn long_texts_are_parted_and_nothing_is_lost() {
         let text = "a😀".repeat(30_000);
-        let found = parts(&text);
-        assert_eq!(found.len(), 3);
-        assert!(found.iter().all(|part| part.encode_utf16().count() <= MOST_CHARACTERS));
-        assert_eq!(found.concat(), text);
+        let texts = parts(&text);
+        assert_eq!(texts.len(), 3);
+        assert!(texts.iter().all(|part| part.encode_utf16().count() <= MOST_CHARACTERS));
+        assert_eq!(texts.concat(), text);
         assert_eq!(parts(""), [""]);
     }
 }

@@ -70,8 +70,8 @@ fn assert_same(sheet: &Range<Data>, table: &RecordBatch) {
         let k32 = k as u32;
         assert_eq!(sheet.get_value((0, k32)), Some(&Data::String(field.name().clone())));
         for row in 0..table.num_rows() {
-            let found = sheet.get_value((row as u32 + 1, k32)).unwrap_or(&Data::Empty);
-            assert_eq!(*found, expected(table.column(k), row), "row {row}, {}", field.name());
+            let cell = sheet.get_value((row as u32 + 1, k32)).unwrap_or(&Data::Empty);
+            assert_eq!(*cell, expected(table.column(k), row), "row {row}, {}", field.name());
         }
     }
 }

@@ -33,8 +33,8 @@ pub(super) fn cases(
 ) -> std::result::Result<Vec<Case>, ComparisonError> {
     let (mut cases, mut sums, mut rows) = (Vec::new(), None, Vec::new());
     let beside = || job.map_or_else(Vec::new, |job| series_of(job.path()));
-    let found = if results.is_empty() { beside() } else { results.to_vec() };
-    for path in &found {
+    let paths = if results.is_empty() { beside() } else { results.to_vec() };
+    for path in &paths {
         if ending(path) == "vsum" {
             sums = Some(path);
             for sum in read_sums(path)? {
@@ -96,9 +96,9 @@ fn series_of(job: &Path) -> Vec<PathBuf> {
     let own = name(job);
     let is_own = |series: &Path| {
         let series = name(series);
-        let of =
+        let longest =
             jobs.iter().filter(|job| series.starts_with(job.as_str())).max_by_key(|job| job.len());
-        of.map_or(jobs.len() < 2, |of| *of == own)
+        longest.map_or(jobs.len() < 2, |longest| *longest == own)
     };
     files.retain(|file| ending(file) == "vmod" && is_own(file));
     files.sort();

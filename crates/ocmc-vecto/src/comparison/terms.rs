@@ -89,7 +89,7 @@ impl Terms {
 
     /// Terms of a time series of VECTO.
     pub(super) fn series(series: &Series) -> Self {
-        let of = |value: fn(&crate::file::Second) -> f64| {
+        let integral = |value: fn(&crate::file::Second) -> f64| {
             series.seconds.iter().map(value).map(|x| x * SECOND_S).sum::<f64>()
         };
         let mut engaged = series.seconds.iter().map(|second| second.gear).filter(|gear| *gear > 0);
@@ -103,16 +103,16 @@ impl Terms {
             duration_s: series.seconds.len() as f64 * SECOND_S,
             distance_m: series.seconds.last().map_or(0.0, |second| second.end_m),
             shifts: Some(shifts),
-            air_j: of(|s| s.drag_w),
-            rolling_j: of(|s| s.rolling_w),
-            grade_j: Some(of(|s| s.grade_w)),
-            wheel_j: Some(of(|s| s.wheel_w.max(0.0))),
-            brake_j: -of(|s| s.brake_w),
-            transmission_j: of(|s| s.lost_w),
-            retarder_j: Some(of(|s| s.retarder_w)),
-            auxiliary_j: of(|s| s.auxiliary_w),
-            engine_j: Some(of(|s| s.engine_w.max(0.0))),
-            fuel_kg: of(|s| s.fuel_kgps),
+            air_j: integral(|s| s.drag_w),
+            rolling_j: integral(|s| s.rolling_w),
+            grade_j: Some(integral(|s| s.grade_w)),
+            wheel_j: Some(integral(|s| s.wheel_w.max(0.0))),
+            brake_j: -integral(|s| s.brake_w),
+            transmission_j: integral(|s| s.lost_w),
+            retarder_j: Some(integral(|s| s.retarder_w)),
+            auxiliary_j: integral(|s| s.auxiliary_w),
+            engine_j: Some(integral(|s| s.engine_w.max(0.0))),
+            fuel_kg: integral(|s| s.fuel_kgps),
         }
     }
 

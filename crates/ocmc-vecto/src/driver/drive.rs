@@ -55,9 +55,9 @@ struct Shift {
     open_s: u32,
 }
 
-/// Row of a second.
+/// Conditions of a second.
 #[derive(Clone, Copy, Debug)]
-struct Row {
+struct Conditions {
     /// Whether it is the first one.
     first: bool,
     start_mps: f64,
@@ -182,11 +182,11 @@ impl<'a> Drive<'a> {
     fn second(&mut self, first: bool, start_mps: f64, wish: &Wish) -> (PlannedSecond, f64) {
         let auxiliary_w = self.auxiliary_w + wish.auxiliary_w;
         let Wish { most_mps, rolls, .. } = *wish;
-        let row = Row { first, start_mps, auxiliary_w, most_mps, rolls };
-        let (mut done, cut) = self.strongest(&row, wish.end_mps);
+        let conditions = Conditions { first, start_mps, auxiliary_w, most_mps, rolls };
+        let (mut done, cut) = self.strongest(&conditions, wish.end_mps);
         self.shifting = self.shift(done.gear);
         if let Some(shift) = self.shifting {
-            done = self.gap(&row, &done, cut, shift.gear);
+            done = self.gap(&conditions, &done, cut, shift.gear);
             if done.gear.is_some() {
                 self.shifting = None;
             }
@@ -249,10 +249,10 @@ impl<'a> Drive<'a> {
         let table = &self.driver.acceleration;
         let change = wanted_mps - start_mps;
         let mean_mps = 0.5 * (start_mps + wanted_mps);
-        let most = |of: &dyn Fn(f64) -> f64| {
+        let most = |most_mps2: &dyn Fn(f64) -> f64| {
             let mut end_mps = wanted_mps;
             for _ in 0..30 {
-                end_mps = start_mps + of(0.5 * (start_mps + end_mps));
+                end_mps = start_mps + most_mps2(0.5 * (start_mps + end_mps));
             }
             end_mps.max(0.0)
         };
@@ -268,11 +268,11 @@ impl<'a> Drive<'a> {
     /// The fastest attempt that the engine can carry, and whether the wanted speed had to be cut
     /// for it. It is cut again and again, with the gear chosen anew each time; cuts are made many
     /// at once as long as the gear is the same and the engine still has not the power.
-    fn strongest(&self, row: &Row, wanted_mps: f64) -> (Attempt, bool) {
-        let mut attempt = self.attempt(row, wanted_mps);
+    fn strongest(&self, conditions: &Conditions, wanted_mps: f64) -> (Attempt, bool) {
+        let mut attempt = self.attempt(conditions, wanted_mps);
         let (mut cuts, mut step, mut grows) = (0, 1, true);
         while !attempt.able && cuts < MOST_CUTS {
-            let further = self.attempt(row, cut_mps(attempt.end_mps, step));
+            let further = self.attempt(conditions, cut_mps(attempt.end_mps, step));
             let same = !further.able && further.gear == attempt.gear;
             if !same && step > 1 {
                 (step, grows) = (step / 2, false);
@@ -294,21 +294,21 @@ impl<'a> Drive<'a> {
     }
 
     /// One second to a speed at its end, in the gear that is chosen for it.
-    fn attempt(&self, row: &Row, end_mps: f64) -> Attempt {
-        let motion = self.motion(row, end_mps);
-        let resting = self.memory.gear.is_none() && row.start_mps < REST_MPS;
+    fn attempt(&self, conditions: &Conditions, end_mps: f64) -> Attempt {
+        let motion = self.motion(conditions, end_mps);
+        let resting = self.memory.gear.is_none() && conditions.start_mps < REST_MPS;
         let gear = if let Some(shift) = self.shifting {
             shift.gear
-        } else if resting && !row.first {
-            self.choice.start(motion.slope, row.auxiliary_w, self.memory.engine_radps)
+        } else if resting && !conditions.first {
+            self.choice.start(motion.slope, conditions.auxiliary_w, self.memory.engine_radps)
         } else {
             self.choice.next(&motion, &self.memory)
         };
-        self.attempt_in(row, end_mps, gear)
+        self.attempt_in(conditions, end_mps, gear)
     }
 
-    fn motion(&self, row: &Row, end_mps: f64) -> Motion {
-        self.motion_at(row.start_mps, end_mps, row.auxiliary_w)
+    fn motion(&self, conditions: &Conditions, end_mps: f64) -> Motion {
+        self.motion_at(conditions.start_mps, end_mps, conditions.auxiliary_w)
     }
 
     fn motion_at(&self, start_mps: f64, end_mps: f64, auxiliary_w: f64) -> Motion {
@@ -327,21 +327,21 @@ impl<'a> Drive<'a> {
     }
 
     /// One second to a speed at its end, in a gear.
-    fn attempt_in(&self, row: &Row, end_mps: f64, gear: usize) -> Attempt {
-        let (truck, motion) = (self.truck, self.motion(row, end_mps));
+    fn attempt_in(&self, conditions: &Conditions, end_mps: f64, gear: usize) -> Attempt {
+        let (truck, motion) = (self.truck, self.motion(conditions, end_mps));
         let gradient = self.gradient(motion.speed_mps);
         let wheel_w = truck.wheel_w(&motion);
         let resting = motion.speed_mps < REST_MPS;
         let closed = if resting { None } else { closed_gear(truck, gear, &motion, wheel_w) };
         let Some(gear) = closed else {
-            return self.open(row, end_mps);
+            return self.open(conditions, end_mps);
         };
         let turns_radps = truck.speed_radps(gear, motion.speed_mps);
         let slips = slips(truck, turns_radps, wheel_w, &motion);
         let engine_radps = if slips { truck.slipping_radps(turns_radps) } else { turns_radps };
         let last_radps = self.memory.engine_radps;
         let spin_w = last_radps.map_or(0.0, |last| truck.spin_w(last, engine_radps));
-        let engine_w = truck.gearbox_w(gear, &motion) + row.auxiliary_w + spin_w;
+        let engine_w = truck.gearbox_w(gear, &motion) + conditions.auxiliary_w + spin_w;
         Attempt {
             end_mps,
             gradient,
@@ -354,9 +354,9 @@ impl<'a> Drive<'a> {
     }
 
     /// One second with an open clutch.
-    fn open(&self, row: &Row, end_mps: f64) -> Attempt {
+    fn open(&self, conditions: &Conditions, end_mps: f64) -> Attempt {
         let truck = self.truck;
-        let speed_mps = 0.5 * (row.start_mps + end_mps);
+        let speed_mps = 0.5 * (conditions.start_mps + end_mps);
         let last_radps = self.memory.engine_radps.unwrap_or(truck.idle_radps);
         let engine_radps = if speed_mps < REST_MPS {
             truck.idle_radps
@@ -368,7 +368,7 @@ impl<'a> Drive<'a> {
             gradient: self.gradient(speed_mps),
             gear: None,
             engine_radps,
-            engine_w: row.auxiliary_w + truck.spin_w(last_radps, engine_radps),
+            engine_w: conditions.auxiliary_w + truck.spin_w(last_radps, engine_radps),
             slips: false,
             able: true,
         }
@@ -377,20 +377,20 @@ impl<'a> Drive<'a> {
     /// The second of a shift: the truck rolls, unless it is to slow more than that. Where it would
     /// roll to rest, or slow more than the table says before full load was asked for, the new gear
     /// has to pull at once.
-    fn gap(&self, row: &Row, wanted: &Attempt, cut: bool, gear: usize) -> Attempt {
-        let motion = self.motion(row, wanted.end_mps);
-        let rolling_mps2 = self.truck.rolling_mps2(row.start_mps, motion.slope);
-        let rolling_mps = (row.start_mps + rolling_mps2).max(0.0);
-        let slows = wanted.end_mps < row.start_mps && !row.rolls;
+    fn gap(&self, conditions: &Conditions, wanted: &Attempt, cut: bool, gear: usize) -> Attempt {
+        let motion = self.motion(conditions, wanted.end_mps);
+        let rolling_mps2 = self.truck.rolling_mps2(conditions.start_mps, motion.slope);
+        let rolling_mps = (conditions.start_mps + rolling_mps2).max(0.0);
+        let slows = wanted.end_mps < conditions.start_mps && !conditions.rolls;
         let mut end_mps = if slows { wanted.end_mps.min(rolling_mps) } else { rolling_mps };
         if !cut {
-            end_mps = self.limited(row.start_mps, end_mps);
+            end_mps = self.limited(conditions.start_mps, end_mps);
         }
-        end_mps = end_mps.min(row.most_mps);
-        if self.truck.wheel_w(&self.motion(row, end_mps)) > ENGAGING_W {
-            self.attempt_in(row, end_mps, gear)
+        end_mps = end_mps.min(conditions.most_mps);
+        if self.truck.wheel_w(&self.motion(conditions, end_mps)) > ENGAGING_W {
+            self.attempt_in(conditions, end_mps, gear)
         } else {
-            self.open(row, end_mps)
+            self.open(conditions, end_mps)
         }
     }
 }

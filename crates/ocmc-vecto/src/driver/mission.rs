@@ -1,6 +1,6 @@
 //! A mission: target speed, gradient and stops over distance, and its nodes at whole seconds.
 
-use super::{AccelerationTable, VectoError};
+use super::{AccelerationTable, MissionError};
 
 /// Length of the pieces into which a mission is cut, in m.
 const PIECE_M: f64 = 1.0;
@@ -60,10 +60,10 @@ impl Mission {
     /// stop the target is that of the next row.
     ///
     /// # Errors
-    /// [`VectoError`] names the row and what is allowed.
-    pub fn new(rows: &[MissionRow]) -> Result<Self, VectoError> {
+    /// [`MissionError`] names the row and what is allowed.
+    pub fn new(rows: &[MissionRow]) -> Result<Self, MissionError> {
         if rows.len() < 2 {
-            return Err(VectoError::Short { rows: rows.len() });
+            return Err(MissionError::Short { rows: rows.len() });
         }
         for (k, row) in rows.iter().enumerate() {
             let before_m = k.checked_sub(1).map_or(-1e9, |k| rows[k].distance_m + 1e-3);
@@ -75,7 +75,7 @@ impl Mission {
                 ("auxiliary_w", row.auxiliary_w, 0.0, 1e6),
             ] {
                 if !(value >= minimum && value <= maximum) {
-                    return Err(VectoError::Range { row: k + 1, name, value, minimum, maximum });
+                    return Err(MissionError::Range { row: k + 1, name, value, minimum, maximum });
                 }
             }
         }
@@ -83,7 +83,7 @@ impl Mission {
         if length_m / PIECE_M > MOST_PIECES {
             let (row, name, value) = (rows.len(), "distance_m", length_m);
             let maximum = MOST_PIECES * PIECE_M;
-            return Err(VectoError::Range { row, name, value, minimum: 0.0, maximum });
+            return Err(MissionError::Range { row, name, value, minimum: 0.0, maximum });
         }
         let mut cut = Vec::with_capacity(length_m as usize + rows.len());
         for pair in rows.windows(2) {

@@ -34,7 +34,7 @@ use thiserror::Error;
 
 /// Error of a mission.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum VectoError {
+pub enum MissionError {
     /// Too few rows.
     #[error("{rows} rows, allowed are 2 and more")]
     Short {

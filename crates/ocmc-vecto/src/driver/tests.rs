@@ -311,7 +311,7 @@ fn missions_that_say_nothing_are_refused_and_gaps_between_rows_are_filled() {
     let row =
         |distance_m, target_mps| MissionRow { distance_m, target_mps, ..MissionRow::default() };
     let error = Mission::new(&[row(0.0, 1.0)]).unwrap_err();
-    assert_eq!(error, VectoError::Short { rows: 1 });
+    assert_eq!(error, MissionError::Short { rows: 1 });
     for rows in [[row(0.0, 1.0), row(0.0, 1.0)], [row(0.0, 1.0), row(5.0, f64::NAN)]] {
         assert!(Mission::new(&rows).is_err(), "{rows:?}");
     }

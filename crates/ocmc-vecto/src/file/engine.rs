@@ -47,8 +47,8 @@ impl EngineFile {
             || number(fuel) == Some(0.0)
             || fuel.as_str().is_some_and(|fuel| fuel.to_lowercase().starts_with("diesel"));
         if !(alone && is_diesel) {
-            let found = if alone { fuel.to_string() } else { "two fuels".to_owned() };
-            return refused("`FuelType`", found, "allowed is diesel alone (`Diesel CI`)");
+            let fuels = if alone { fuel.to_string() } else { "two fuels".to_owned() };
+            return refused("`FuelType`", fuels, "allowed is diesel alone (`Diesel CI`)");
         }
         if self.full_load_curves.len() > 1 {
             let allowed = "allowed is one full-load curve for all gears";

@@ -38,7 +38,7 @@ pub enum VectoError {
     },
     /// A mission that is none.
     #[error("`{}`: {}", .0.display(), .1)]
-    Mission(PathBuf, crate::driver::VectoError),
+    Mission(PathBuf, crate::driver::MissionError),
     /// A result without a column.
     #[error("`{}` has no column `{column}`; it has {found}", .path.display())]
     Column {

@@ -121,9 +121,9 @@ impl GearboxFile {
         };
         let kind = self.kind();
         if !["amt", "mt", ""].contains(&kind.as_str()) {
-            let found = format!("`{}`", kind.to_uppercase());
+            let quoted = format!("`{}`", kind.to_uppercase());
             let allowed = "allowed are `AMT` and `MT`: a torque converter is not computed";
-            return refused("`GearboxType`", found, allowed);
+            return refused("`GearboxType`", quoted, allowed);
         }
         if self.gears.len() < 2 {
             let allowed = "allowed are the axle and at least one gear";
@@ -170,12 +170,12 @@ impl GearboxFile {
     pub(super) fn keys(&self, path: &Path, most_nm: f64) -> Result<Value, VectoError> {
         let (axle, gears) = self.gears.split_first().unwrap_or((&self.gears[0], &[]));
         let ratio: Vec<f64> = gears.iter().map(|gear| gear.ratio).collect();
-        let of = |direct: bool| {
+        let losses = |direct: bool| {
             let is_direct = |gear: &&GearFile| (gear.ratio - 1.0).abs() < SAME_RATIO;
             let such = gears.iter().filter(|gear| is_direct(gear) == direct);
             law(such.filter_map(GearFile::losses), path, most_nm)
         };
-        let (direct, indirect) = (of(true)?, of(false)?);
+        let (direct, indirect) = (losses(true)?, losses(false)?);
         let [axle_nm, _, axle_share] =
             law(axle.losses().into_iter(), path, f64::INFINITY)?.unwrap_or_default();
         let some = indirect.or(direct).unwrap_or_default();

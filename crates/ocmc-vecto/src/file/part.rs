@@ -101,7 +101,7 @@ pub(super) fn beside(path: &Path, name: &str) -> Result<PathBuf, VectoError> {
     }
     let wanted = plain(relative.rsplit('/').next().unwrap_or(&relative));
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let mut found: Vec<PathBuf> = std::fs::read_dir(folder)
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
         .into_iter()
         .flatten()
         .filter_map(|entry| Some(entry.ok()?.path()))
@@ -109,9 +109,9 @@ pub(super) fn beside(path: &Path, name: &str) -> Result<PathBuf, VectoError> {
             file.file_name().is_some_and(|have| plain(&have.to_string_lossy()) == wanted)
         })
         .collect();
-    found.sort();
+    files.sort();
     let not_there = || VectoError::NotThere { path: path.to_owned(), name: name.to_owned() };
-    found.into_iter().next().ok_or_else(not_there)
+    files.into_iter().next().ok_or_else(not_there)
 }
 
 /// A name without case, with `_` for blanks.

@@ -43,8 +43,8 @@ impl Columns {
     /// A column as texts.
     fn texts(&self, name: &'static str) -> Result<Vec<&str>, VectoError> {
         let Some(place) = self.place(name) else {
-            let found = self.names.join(", ");
-            return Err(VectoError::Column { path: self.path.clone(), column: name, found });
+            let names = self.names.join(", ");
+            return Err(VectoError::Column { path: self.path.clone(), column: name, found: names });
         };
         Ok(self.rows.iter().map(|row| row.get(place).map_or("", String::as_str)).collect())
     }

@@ -56,8 +56,8 @@ const SIZES: [(&str, f64, f64); 48] = [
 /// The dynamic radius in m of a tyre that VECTO's table has.
 pub(super) fn dynamic_radius_m(size: &str) -> Option<f64> {
     let plain: String = size.chars().filter(|c| !c.is_whitespace()).collect();
-    let found = SIZES.iter().find(|(size, ..)| size.eq_ignore_ascii_case(&plain));
-    found.map(|(_, diameter_mm, factor)| factor * diameter_mm / 1000.0 / std::f64::consts::TAU)
+    let tyre = SIZES.iter().find(|(size, ..)| size.eq_ignore_ascii_case(&plain));
+    tyre.map(|(_, diameter_mm, factor)| factor * diameter_mm / 1000.0 / std::f64::consts::TAU)
 }
 
 #[cfg(test)]

@@ -209,8 +209,8 @@ impl VehicleFile {
             return refused("`rdyn`", "missing".to_owned(), allowed);
         }
         if self.angledrive.is_there() {
-            let found = format!("`{}`", self.angledrive.kind);
-            return refused("`Angledrive`", found, "allowed is `None`: it is not computed");
+            let quoted = format!("`{}`", self.angledrive.kind);
+            return refused("`Angledrive`", quoted, "allowed is `None`: it is not computed");
         }
         if self.drag_area_m2().is_none() {
             let allowed = "allowed is `CdA`, or `Cd` and `CrossSecArea`; a declared vehicle \

@@ -155,8 +155,8 @@ struct Writer {
     kept: Option<Ledger<f64>>,
 }
 
-/// Row of a trace: pedals, which are at rest at a standstill, and the engine.
-struct Row {
+/// Point of a trace: pedals, which are at rest at a standstill, and the engine.
+struct TracePoint {
     step_s: f64,
     desired_mps: f64,
     acceleration_mps2: f64,
@@ -185,32 +185,32 @@ impl Writer {
         parameters: &KernelParameters<P>,
         state: &State<S, P>,
         (number, task): (usize, &LaneTask),
-        row: &Row,
+        point: &TracePoint,
         added: &Ledger<f64>,
     ) {
-        self.time_s += row.step_s;
-        let own = parameters.powertrain.state_signal(&state.powertrain, number, row.closed);
+        self.time_s += point.step_s;
+        let own = parameters.powertrain.state_signal(&state.powertrain, number, point.closed);
         let signals = [
             ("time_s", self.time_s),
-            ("step_s", row.step_s),
+            ("step_s", point.step_s),
             ("position_m", self.position_m),
             ("speed_mps", state.motion.speed[number]),
-            ("desired_speed_mps", row.desired_mps),
-            ("acceleration_mps2", row.acceleration_mps2),
-            ("accelerator", row.accelerator),
-            ("brake", row.brake),
+            ("desired_speed_mps", point.desired_mps),
+            ("acceleration_mps2", point.acceleration_mps2),
+            ("accelerator", point.accelerator),
+            ("brake", point.brake),
             ("gear", task.progress.gear as f64 + 1.0),
-            (P::SIGNALS.speed, row.engine_speed),
-            (P::SIGNALS.torque, row.torque),
-            (P::SIGNALS.source_rate, row.source_rate),
+            (P::SIGNALS.speed, point.engine_speed),
+            (P::SIGNALS.torque, point.torque),
+            (P::SIGNALS.source_rate, point.source_rate),
             ("grade", state.slope(number)),
             (P::SIGNALS.state, own),
         ];
         let terms = TERMS.iter().filter(|declared| declared.term.is_in(Mode::Driven, P::TERMS));
         let terms = terms.map(|declared| (declared.trace, added[declared.term]));
-        let row = signals.into_iter().chain(terms).enumerate();
-        let row = row.filter(|(place, _)| (self.writes)(*place));
-        for (k, (_, (name, value))) in row.enumerate() {
+        let written = signals.into_iter().chain(terms).enumerate();
+        let written = written.filter(|(place, _)| (self.writes)(*place));
+        for (k, (_, (name, value))) in written.enumerate() {
             match self.columns.get_mut(k) {
                 Some(column) => column.values.push(value),
                 None => self.columns.push(TableColumn { name, values: vec![value] }),
@@ -234,7 +234,7 @@ impl Writer {
             return;
         }
         self.position_m += view.dx[number];
-        let row = Row {
+        let point = TracePoint {
             step_s: view.dt[number],
             desired_mps: view.desired[number],
             acceleration_mps2: view.acceleration[number],
@@ -245,7 +245,7 @@ impl Writer {
             source_rate: view.source_rate[number],
             closed: view.closed.test(number),
         };
-        self.push(parameters, state, (number, task), &row, &added);
+        self.push(parameters, state, (number, task), &point, &added);
     }
 
     fn after_event<S: Simd, P: Powertrain>(
@@ -263,7 +263,7 @@ impl Writer {
         let engine_speed = state.motion.engine_speed[number];
         let [torque, source_rate] =
             parameters.powertrain.standing_signals(added, waited_s, engine_speed);
-        let row = Row {
+        let point = TracePoint {
             step_s: waited_s,
             desired_mps: 0.0,
             acceleration_mps2: 0.0,
@@ -274,7 +274,7 @@ impl Writer {
             source_rate,
             closed: false,
         };
-        self.push(parameters, state, (number, task), &row, added);
+        self.push(parameters, state, (number, task), &point, added);
     }
 }
 

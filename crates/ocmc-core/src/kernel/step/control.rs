@@ -3,7 +3,7 @@
 
 use super::forecast::Forecast;
 use super::look_ahead::LookAhead;
-use super::road_row::{RoadRow, Row, is_limited_by_sign, static_limit};
+use super::road_row::{RoadRow, RoadRowLanes, is_limited_by_sign, static_limit};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Bounded, Flags, Lanes, clip, masked};
 use crate::powertrain::Powertrain;
@@ -77,7 +77,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn desired(
         &self,
-        row: &Row<S>,
+        row: &RoadRowLanes<S>,
         left: Lanes<S>,
         ceiling: Lanes<S>,
     ) -> DesiredSpeed<S> {
@@ -103,7 +103,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn stance(
         &self,
-        row: &Row<S>,
+        row: &RoadRowLanes<S>,
         desired: &DesiredSpeed<S>,
         parameters: &KernelParameters<P>,
     ) -> Stance<S> {
@@ -138,7 +138,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn control(
         &self,
-        row: &Row<S>,
+        row: &RoadRowLanes<S>,
         speed: Lanes<S>,
         desired: Lanes<S>,
         integral: Lanes<S>,

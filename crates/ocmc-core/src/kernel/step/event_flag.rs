@@ -1,7 +1,7 @@
 //! Flags that a step sets where the gearbox may want another gear, a stop line is near, a check is
 //! due or the store is empty; the code outside of the hot loop handles these events.
 
-use super::road_row::{RoadRow, Row};
+use super::road_row::{RoadRow, RoadRowLanes};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Bounded, Flags, Lanes, UNBOUNDED};
 use crate::powertrain::Powertrain;
@@ -87,7 +87,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn event_flags(
         &self,
-        row: &Row<S>,
+        row: &RoadRowLanes<S>,
         wants_shift: Flags<S>,
         parameters: &KernelParameters<P>,
     ) -> Flags<S> {

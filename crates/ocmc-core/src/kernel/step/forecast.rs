@@ -5,7 +5,7 @@
 //! It is read from the road under the truck, its mass, its gear, its air drag and the curves of its
 //! engine in the last step: what is missing the feedback corrects.
 
-use super::road_row::{RoadRow, Row};
+use super::road_row::{RoadRow, RoadRowLanes};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Lanes, UNBOUNDED};
 use crate::powertrain::{PedalForces, Powertrain};
@@ -51,7 +51,12 @@ struct Asked<S: Simd> {
 impl<S: Simd, P: Powertrain> State<S, P> {
     /// Forces of a truck at a speed.
     #[inline(always)]
-    fn asked(&self, row: &Row<S>, speed: Lanes<S>, parameters: &KernelParameters<P>) -> Asked<S> {
+    fn asked(
+        &self,
+        row: &RoadRowLanes<S>,
+        speed: Lanes<S>,
+        parameters: &KernelParameters<P>,
+    ) -> Asked<S> {
         let (constants, gear) = (&self.constants, &self.gear);
         let pedal = parameters.powertrain.pedal_forces(&self.powertrain, gear, speed);
         let slips = (speed * gear.speed_ratio).simd_lt(gear.slips_below);
@@ -67,7 +72,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn rising_pedal(
         &self,
-        row: &Row<S>,
+        row: &RoadRowLanes<S>,
         speed: Lanes<S>,
         parameters: &KernelParameters<P>,
     ) -> Lanes<S> {
@@ -77,7 +82,11 @@ impl<S: Simd, P: Powertrain> State<S, P> {
 
     /// The outputs of this step.
     #[inline(always)]
-    pub(super) fn forecast(&self, row: &Row<S>, parameters: &KernelParameters<P>) -> Forecast<S> {
+    pub(super) fn forecast(
+        &self,
+        row: &RoadRowLanes<S>,
+        parameters: &KernelParameters<P>,
+    ) -> Forecast<S> {
         let (constants, speed) = (&self.constants, self.motion.speed);
         let Asked { pedal, mass, steady, rise } = self.asked(row, speed, parameters);
         let slower = steady - mass * constants.twice_deceleration * 0.5;

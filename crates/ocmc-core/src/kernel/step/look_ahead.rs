@@ -7,7 +7,7 @@
 
 use super::control::DesiredSpeed;
 use super::forecast::Forecast;
-use super::road_row::{Row, coasting_target, is_limited_by_sign};
+use super::road_row::{RoadRowLanes, coasting_target, is_limited_by_sign};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Bounded, Flags, Lanes, UNBOUNDED, clip};
 use crate::powertrain::Powertrain;
@@ -39,7 +39,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn coasting_function(
         &self,
-        row: &Row<S>,
+        row: &RoadRowLanes<S>,
         speed: Lanes<S>,
         desired: &DesiredSpeed<S>,
         forecast: &Forecast<S>,
@@ -65,7 +65,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn look_ahead(
         &self,
-        row: &Row<S>,
+        row: &RoadRowLanes<S>,
         desired: &DesiredSpeed<S>,
         forecast: &Forecast<S>,
         ramps: Flags<S>,

@@ -95,23 +95,23 @@ fn coasting(speed_squared: f64) -> f64 {
 }
 
 /// The road rows under the trucks, by the columns of [`RoadRow`].
-pub(super) type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
+pub(super) type RoadRowLanes<S> = [Lanes<S>; RoadRow::COLUMNS];
 
 /// Static limits under the trucks, in m/s, whatever sets them.
 #[inline(always)]
-pub(super) fn static_limit<S: Simd>(row: &Row<S>) -> Lanes<S> {
+pub(super) fn static_limit<S: Simd>(row: &RoadRowLanes<S>) -> Lanes<S> {
     row[RoadRow::STATIC].abs()
 }
 
 /// Flag: the static limit under a truck is that of a sign or of the truck.
 #[inline(always)]
-pub(super) fn is_limited_by_sign<S: Simd>(row: &Row<S>) -> Flags<S> {
+pub(super) fn is_limited_by_sign<S: Simd>(row: &RoadRowLanes<S>) -> Flags<S> {
     row[RoadRow::STATIC].simd_gt(0.0)
 }
 
 /// Square of the speed to which a truck may coast, in m²/s²: `stop` before a stop line.
 #[inline(always)]
-pub(super) fn coasting_target<S: Simd>(row: &Row<S>, stop: Lanes<S>) -> Lanes<S> {
+pub(super) fn coasting_target<S: Simd>(row: &RoadRowLanes<S>, stop: Lanes<S>) -> Lanes<S> {
     let dwell = row[RoadRow::DWELL];
     dwell.simd_lt(0.0).select(-1.0 - dwell, stop)
 }

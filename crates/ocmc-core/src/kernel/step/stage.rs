@@ -2,7 +2,7 @@
 //! would lead.
 
 use super::control::{Control, DesiredSpeed, Stance, clamp_integral};
-use super::road_row::{RoadRow, Row};
+use super::road_row::{RoadRow, RoadRowLanes};
 use super::state::{KernelParameters, State};
 use crate::first_order_lag::first_order_lags;
 use crate::lanes::{Bounded, Lanes, WIDTH, columns, scheduling_barrier};
@@ -14,7 +14,7 @@ use fearless_simd::prelude::*;
 /// The target of the driver at the step's start.
 #[derive(Clone, Copy)]
 pub(super) struct SpeedTarget<S: Simd> {
-    pub row: Row<S>,
+    pub row: RoadRowLanes<S>,
     pub desired: DesiredSpeed<S>,
     pub stance: Stance<S>,
 }
@@ -22,7 +22,7 @@ pub(super) struct SpeedTarget<S: Simd> {
 /// Decision at the step's start.
 #[derive(Clone, Copy)]
 pub(super) struct Decision<S: Simd> {
-    pub row: Row<S>,
+    pub row: RoadRowLanes<S>,
     pub desired: DesiredSpeed<S>,
     pub stance: Stance<S>,
     pub control: Control<S>,
@@ -68,7 +68,7 @@ const SMALLEST_SPEED: f64 = 1e-9;
 impl<S: Simd, P: Powertrain> State<S, P> {
     /// Advances to the next segment where one has ended; returns the rows under the trucks.
     #[inline(always)]
-    pub(super) fn advance_segment(&mut self) -> Row<S> {
+    pub(super) fn advance_segment(&mut self) -> RoadRowLanes<S> {
         let simd = self.motion.left.simd;
         let turns = self.motion.left.simd_le(0.0);
         let bits = turns.to_bitmask() as usize;
@@ -103,7 +103,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn speed_target(
         &self,
-        row: Row<S>,
+        row: RoadRowLanes<S>,
         parameters: &KernelParameters<P>,
     ) -> SpeedTarget<S> {
         let desired = self.desired(&row, self.motion.left, self.motion.ceiling);

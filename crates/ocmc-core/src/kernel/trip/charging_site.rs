@@ -71,7 +71,7 @@ pub(super) fn sites(
     });
     let stops: Vec<(f64, usize, bool)> = stops.collect();
     let (mut at_m, mut altitude_m) = (0.0, 0.0);
-    let of = |(k, charger): (usize, &crate::charging::Charger)| {
+    let site = |(k, charger): (usize, &crate::charging::Charger)| {
         let position_m = charger.position_m;
         altitude_m += road.climb_m([at_m, position_m]);
         at_m = position_m;
@@ -92,5 +92,5 @@ pub(super) fn sites(
             after_m: before.map_or(0.0, |(at_m, ..)| *at_m),
         }
     };
-    chargers.iter().enumerate().map(of).collect()
+    chargers.iter().enumerate().map(site).collect()
 }

@@ -131,23 +131,23 @@ fn place_to_halt<S: Simd, P: Powertrain>(
     let ramp_m = speed_mps * speed_mps / twice_deceleration;
     // braking takes twice as long as its way at this speed
     let (mut way_m, mut time_s) = (0.0, speed_mps / twice_deceleration);
-    let mut found: Option<Place> = None;
+    let mut place: Option<Place> = None;
     for (row, columns) in motion.roads[number].iter().enumerate().skip(at) {
         let length_m = if row == at { motion.left[number] } else { columns.0[RoadRow::LENGTH] };
         way_m += length_m;
         time_s += length_m / speed_mps.min(columns.static_mps()).max(1.0);
         if row >= pause_row {
-            return found.filter(|_| time_s + KEPT_S > left_s);
+            return place.filter(|_| time_s + KEPT_S > left_s);
         }
         let dwell_s = columns.dwell_s();
         let is_free = row > at && dwell_s.is_none();
-        if found.is_none() && is_free && way_m > ramp_m + ROOM_S * speed_mps {
-            found = Some(Place { row, way_m, halting_s: time_s });
+        if place.is_none() && is_free && way_m > ramp_m + ROOM_S * speed_mps {
+            place = Some(Place { row, way_m, halting_s: time_s });
         }
         time_s += dwell_s.unwrap_or(0.0);
-        if found.is_some() && time_s + KEPT_S > left_s {
+        if place.is_some() && time_s + KEPT_S > left_s {
             break;
         }
     }
-    found
+    place
 }

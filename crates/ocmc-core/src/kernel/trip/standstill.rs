@@ -44,8 +44,8 @@ impl LaneTask {
             return Some(Standing { position_m, of_mission: false, is_rest: true, rests });
         }
         let event = self.road.event_after(row)?;
-        let of = &self.scenario.cycle.road.events[event];
-        let (position_m, of_mission) = (of.position_m, is_mission_stop(of));
+        let stop = &self.scenario.cycle.road.events[event];
+        let (position_m, of_mission) = (stop.position_m, is_mission_stop(stop));
         Some(Standing { position_m, of_mission, is_rest: of_mission, rests: false })
     }
 

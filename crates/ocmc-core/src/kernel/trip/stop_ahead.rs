@@ -112,7 +112,8 @@ mod tests {
                 assert_eq!(row.dwell_s().is_some(), k == line, "{line} {k}");
             }
             let is_braked = |k: &usize| {
-                let [now, limit] = [RoadRow::BACKWARD, RoadRow::LIMIT].map(|of| rows[*k].0[of]);
+                let [now, limit] =
+                    [RoadRow::BACKWARD, RoadRow::LIMIT].map(|column| rows[*k].0[column]);
                 now < limit && now < planned[*k].0[RoadRow::BACKWARD]
             };
             assert_eq!(Some(changed.braked_from), (from..=line).find(is_braked));
@@ -122,7 +123,7 @@ mod tests {
             }
             for (row, planned) in rows.iter().zip(&planned) {
                 let kept = [RoadRow::BACKWARD, RoadRow::TO_STOP];
-                assert_eq!(kept.map(|of| row.0[of]), kept.map(|of| planned.0[of]));
+                assert_eq!(kept.map(|column| row.0[column]), kept.map(|column| planned.0[column]));
             }
         }
     }

@@ -240,12 +240,12 @@ impl OnGrid {
         let n = self.places.len() as f64;
         let per_node = n / self.count as f64;
         let freedom = |stiffness: f64| {
-            let of = |k: i32| {
+            let smoothing = |k: i32| {
                 let rough = 2.0 - 2.0 * libm::cos(PI * (f64::from(k) + 0.5) / 400.0);
                 let power = if order == 3 { rough * rough * rough } else { rough * rough };
                 1.0 / (1.0 + stiffness * power / per_node)
             };
-            (0..400).map(of).sum::<f64>() / 400.0 * self.count as f64
+            (0..400).map(smoothing).sum::<f64>() / 400.0 * self.count as f64
         };
         let mut best = (f64::INFINITY, 1.0);
         for power in POWERS {

@@ -94,7 +94,8 @@ impl BatteryModel {
         for pair in corners.windows(2) {
             let [low, high] = [pair[0], pair[1]].map(|at| self.powers_w(plug, at));
             for (first, second) in [(0, 1), (0, 2), (1, 2)] {
-                let [before, behind] = [low, high].map(|of| of[first] - of[second]);
+                let [before, behind] =
+                    [low, high].map(|powers_w| powers_w[first] - powers_w[second]);
                 if before * behind < 0.0 && (before - behind).is_finite() {
                     crossings.push(pair[0] + (pair[1] - pair[0]) * before / (before - behind));
                 }

@@ -139,18 +139,19 @@ impl ElectricModel {
     /// gear.
     pub fn strategy(&self) -> ShiftModel {
         let shift = self.shift.as_ref();
-        let of = |value: fn(&ElectricShiftModel) -> f64, absent| shift.map_or(absent, value);
+        let shift_value =
+            |value: fn(&ElectricShiftModel) -> f64, absent| shift.map_or(absent, value);
         ShiftModel {
-            duration_s: of(|s| s.duration_s, 0.0),
-            interval_s: of(|s| s.interval_s, 0.0),
+            duration_s: shift_value(|s| s.duration_s, 0.0),
+            interval_s: shift_value(|s| s.interval_s, 0.0),
             opposite_interval_s: OPPOSITE_INTERVAL_S,
             before_ramp_s: BEFORE_RAMP_S,
             minimum_acceleration_mps2: LEAST_ACCELERATION_MPS2,
             minimum_speed_mps: SLOWEST_SHIFT_MPS,
-            up_speed_radps: of(|s| s.up_speed_radps, NEVER_RADPS),
-            up_pedal_radps: of(|s| s.up_pedal_radps, 0.0),
-            down_speed_radps: of(|s| s.down_speed_radps, 0.0),
-            down_pedal_radps: of(|s| s.down_pedal_radps, 0.0),
+            up_speed_radps: shift_value(|s| s.up_speed_radps, NEVER_RADPS),
+            up_pedal_radps: shift_value(|s| s.up_pedal_radps, 0.0),
+            down_speed_radps: shift_value(|s| s.down_speed_radps, 0.0),
+            down_pedal_radps: shift_value(|s| s.down_pedal_radps, 0.0),
             overspeed_radps: OVERSPEED_SHARE * self.motor.maximum_speed_radps,
             power_share: 1.0,
             power_reserve: POWER_RESERVE,

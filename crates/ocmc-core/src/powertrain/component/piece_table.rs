@@ -66,11 +66,11 @@ mod tests {
         for k in -100..3000 {
             let x = 0.1 * f64::from(k) + 0.013;
             let cell = dispatch!(Level::baseline(), simd => table.cells(Lanes::splat(simd, x))[0]);
-            let found = table.piece_of(cell);
-            assert_eq!(found, table.piece_of_number(x), "{x}");
+            let piece = table.piece_of(cell);
+            assert_eq!(piece, table.piece_of_number(x), "{x}");
             let below = |x: f64| 16 * knots.iter().filter(|knot| **knot <= x).count();
             let allowed = below(x - half_cell)..=below(x + half_cell);
-            assert!(allowed.contains(&(found as usize)), "{x}: {found}");
+            assert!(allowed.contains(&(piece as usize)), "{x}: {piece}");
         }
         assert_eq!(table.piece_of_number(f64::NAN), 0);
     }

@@ -100,9 +100,9 @@ impl ThermalModel {
         for (name, shares) in
             [("discharge_share", &self.discharge_share), ("charge_share", &self.charge_share)]
         {
-            let found = format!("{} numbers", shares.len());
+            let count = format!("{} numbers", shares.len());
             let allowed = format!("{rows}: one for each temperature");
-            problems.require(shares.len() == rows, name, found, &allowed);
+            problems.require(shares.len() == rows, name, count, &allowed);
         }
     }
 

@@ -37,17 +37,18 @@ fn centred(values: &[f64]) -> DVector<f64> {
 
 /// ln length and ln speed of each trip.
 fn trips(rows: &[TotalsRow]) -> Vec<(f64, f64)> {
-    let of = |row: &TotalsRow| (libm::log(row.length_m), row.responses[Response::Speed as usize]);
-    rows.iter().map(of).collect()
+    let logarithms =
+        |row: &TotalsRow| (libm::log(row.length_m), row.responses[Response::Speed as usize]);
+    rows.iter().map(logarithms).collect()
 }
 
 /// The same, with a break in every second trip.
 fn with_breaks(rows: &[TotalsRow]) -> Vec<(f64, f64)> {
-    let of = |(k, (ln_length, ln_speed)): (usize, (f64, f64))| {
+    let with_break = |(k, (ln_length, ln_speed)): (usize, (f64, f64))| {
         let slowed = libm::log1p(BREAK_S * libm::exp(ln_speed - ln_length));
         (ln_length, if k % 2 == 0 { ln_speed } else { ln_speed - slowed })
     };
-    trips(rows).into_iter().enumerate().map(of).collect()
+    trips(rows).into_iter().enumerate().map(with_break).collect()
 }
 
 /// How far the rows lie the way in which breaks would move them, in SDs of simulated fleets without
@@ -101,8 +102,8 @@ mod tests {
 
     fn signs(lengths: [f64; 2], break_s: f64, share: f64) -> Vec<f64> {
         let members: Vec<_> = (0..100).map(|seed| fleet(seed, lengths, 0.0, 0.0)).collect();
-        let of = |seed| sign_of_breaks(&members, &fleet(seed, lengths, break_s, share).trips);
-        (1000..1200).map(|seed| of(seed).expect("speeds")).collect()
+        let sign = |seed| sign_of_breaks(&members, &fleet(seed, lengths, break_s, share).trips);
+        (1000..1200).map(|seed| sign(seed).expect("speeds")).collect()
     }
 
     #[test]

@@ -73,7 +73,7 @@ impl Emulator {
             .collect();
         emulator.means = surfaces(&rows, responses);
         let residuals = |rows: &[MemberRows], means: &[Surface]| -> Vec<Vec<f64>> {
-            let of = |member: &MemberRows| -> Vec<Vec<f64>> {
+            let residuals_of = |member: &MemberRows| -> Vec<Vec<f64>> {
                 let each = member.x.iter().zip(&member.y);
                 let one = |(x, y): (&Vec<f64>, &Vec<f64>)| {
                     let less = |(mean, y): (&Surface, &f64)| y - mean.at(x, member.scores);
@@ -81,7 +81,7 @@ impl Emulator {
                 };
                 each.map(one).collect()
             };
-            rows.iter().flat_map(of).collect()
+            rows.iter().flat_map(residuals_of).collect()
         };
         let residuals = residuals(&rows, &emulator.means);
         for j in 1..responses {
@@ -159,10 +159,10 @@ impl Emulator {
     /// Discrepancy of each response between a study of the design and a real fleet, SD of ln: what
     /// the scores leave between members, or the least.
     pub fn discrepancies(&self) -> Vec<f64> {
-        let of = |(mean, response): (&Surface, &Response)| {
+        let discrepancy = |(mean, response): (&Surface, &Response)| {
             libm::sqrt(mean.lack_of_fit).max(response.least_discrepancy())
         };
-        self.means.iter().zip(&self.known.responses).map(of).collect()
+        self.means.iter().zip(&self.known.responses).map(discrepancy).collect()
     }
 
     /// ln consumption of a row less its expectation, where no score moves it, and the SD of a trip.

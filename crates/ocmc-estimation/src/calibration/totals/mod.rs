@@ -118,15 +118,19 @@ mod tests {
         let emulator = fitted(&[Response::Speed, Response::Consumption]);
         let truth = [1.0, -1.0, 1.5];
         for seed in 101..104 {
-            let found = found(&emulator, &rows(&truth, seed), 1.0);
-            let sd: Vec<f64> = (0..3).map(|k| found.covariance[(k, k)].sqrt()).collect();
+            let posterior = found(&emulator, &rows(&truth, seed), 1.0);
+            let sd: Vec<f64> = (0..3).map(|k| posterior.covariance[(k, k)].sqrt()).collect();
             for k in 0..2 {
-                let off = (found.scores[k] - truth[k]) / sd[k];
+                let off = (posterior.scores[k] - truth[k]) / sd[k];
                 assert!(off.abs() < 3.0 && sd[k] < 0.6, "{seed} {k}: {off} of {sd:?}");
             }
             // what moves it is the noise that its small rest of information has: √(1 − 0.97²) =
             // 0.24
-            assert!(found.scores[2].abs() < 0.6 && sd[2] > 0.95, "{:?} {sd:?}", found.scores);
+            assert!(
+                posterior.scores[2].abs() < 0.6 && sd[2] > 0.95,
+                "{:?} {sd:?}",
+                posterior.scores
+            );
         }
     }
 
@@ -137,11 +141,11 @@ mod tests {
         let emulator = fitted(&[Response::Consumption]);
         let rows = rows(&[0.5, 0.0, 0.0], 104);
         for weight in [1.0, 0.25] {
-            let found = found(&emulator, &rows, weight);
+            let posterior = found(&emulator, &rows, weight);
             let d = emulator.discrepancies()[0];
             let of_mean = NOISE * NOISE / (weight * rows.len() as f64) + d * d;
             let expected = 1.0 / (1.0 + 0.06 * 0.06 / of_mean);
-            let variance = found.covariance[(0, 0)];
+            let variance = posterior.covariance[(0, 0)];
             assert!((variance / expected - 1.0).abs() < 0.15, "{weight}: {variance} {expected}");
         }
     }
@@ -151,19 +155,19 @@ mod tests {
         // by hand: covariance diag(4, 1), the same slopes: a step is shared as 4 to 1
         let covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 1.0, 9.0]));
         let (shifts, residuals) = (Vec::new(), Vec::new());
-        let found = Posterior { scores: vec![0.0; 3], covariance, shifts, residuals };
+        let posterior = Posterior { scores: vec![0.0; 3], covariance, shifts, residuals };
         let scores: Vec<Vec<f64>> = members().into_iter().map(|member| member.scores).collect();
         let sums: Vec<f64> = scores.iter().map(|s| s.iter().sum()).collect();
         let number = [MemberEmulator::fit(&scores, &sums)];
         let from = [0.5, 0.0, 0.25];
-        let moved = found.moved(&from, &number, &[5.0], &[0.0], |k| k < 2);
+        let moved = posterior.moved(&from, &number, &[5.0], &[0.0], |k| k < 2);
         let gained = number[0].at(&moved).0 - number[0].at(&from).0;
         assert!((gained - 5.0).abs() < 1e-9 && moved[2] == from[2], "{moved:?}");
         let shared = (moved[0] - from[0]) / (moved[1] - from[1]);
         assert!((shared - 4.0).abs() < 0.2, "{shared}");
-        assert_eq!(found.moved(&from, &number, &[5.0], &[0.0], |_| false), from);
+        assert_eq!(posterior.moved(&from, &number, &[5.0], &[0.0], |_| false), from);
         // as far off as the spread of the number, 4 + 1: half of the way
-        let halfway = found.moved(&from, &number, &[5.0], &[libm::sqrt(5.0)], |k| k < 2);
+        let halfway = posterior.moved(&from, &number, &[5.0], &[libm::sqrt(5.0)], |k| k < 2);
         let gained = number[0].at(&halfway).0 - number[0].at(&from).0;
         assert!((gained - 2.5).abs() < 0.2, "{gained}");
     }

@@ -92,10 +92,10 @@ impl Problem<'_> {
         let (scores, shifts) = self.parts(theta);
         let of_row = |row: &TotalsRow| {
             let at = self.emulator.at(row, scores, &shifts);
-            let of = |(r, variance): (&f64, &f64)| {
+            let term = |(r, variance): (&f64, &f64)| {
                 huber(r / libm::sqrt(*variance)) + 0.5 * libm::log(*variance)
             };
-            at.residuals.iter().zip(&at.variances).map(of).sum::<f64>()
+            at.residuals.iter().zip(&at.variances).map(term).sum::<f64>()
         };
         let rows: f64 = self.rows.iter().map(of_row).sum();
         0.5 * theta.norm_squared() + self.shared.weight * rows
@@ -159,13 +159,13 @@ pub fn posterior(
     }
     let (_, information) = problem.step(&theta);
     let covariance = inverse(information).view((0, 0), (scores, scores)).into_owned();
-    let (found, shifts) = problem.parts(&theta);
+    let (estimates, shifts) = problem.parts(&theta);
     let standardised = |row: &TotalsRow| {
-        let at = emulator.at(row, found, &shifts);
+        let at = emulator.at(row, estimates, &shifts);
         at.residuals.iter().zip(&at.variances).map(|(r, v)| r / libm::sqrt(*v)).collect()
     };
     let residuals = rows.iter().map(standardised).collect();
-    Posterior { scores: found.to_vec(), covariance, shifts, residuals }
+    Posterior { scores: estimates.to_vec(), covariance, shifts, residuals }
 }
 
 /// The posterior to be expected of rows like these, at scores: their errors, without residuals.

@@ -151,8 +151,8 @@ pub struct MemberEmulator {
 impl MemberEmulator {
     /// Fits the numbers of members with these scores.
     pub fn fit(scores: &[Vec<f64>], numbers: &[f64]) -> Self {
-        let of = |(scores, number): (&'_ Vec<f64>, &f64)| (scores.clone(), *number);
-        let all: Vec<(Vec<f64>, f64)> = scores.iter().zip(numbers).map(of).collect();
+        let pair = |(scores, number): (&'_ Vec<f64>, &f64)| (scores.clone(), *number);
+        let all: Vec<(Vec<f64>, f64)> = scores.iter().zip(numbers).map(pair).collect();
         let rows: Vec<MemberRows> = all
             .iter()
             .map(|(scores, number)| MemberRows {

@@ -103,8 +103,9 @@ pub(super) fn by_driver(
             *sum += product;
         }
     }
-    let of = |g: usize| line(&curves.drivers[g], counts[g], mean_x[g], mean_y[g], products[g]);
-    let fits: Vec<DriverFit> = (0..groups).map(of).collect();
+    let driver_fit =
+        |g: usize| line(&curves.drivers[g], counts[g], mean_x[g], mean_y[g], products[g]);
+    let fits: Vec<DriverFit> = (0..groups).map(driver_fit).collect();
     let without = fits.iter().filter(|fit| fit.exponent.is_none()).count();
     if without > 0 {
         warnings.push(format!(

@@ -275,11 +275,11 @@ impl Regression {
         let (coefficients, df) = (self.fit.coefficients(), self.fit.residual_df());
         let residual_sd = self.fit.residual_sd();
         let gram = self.fit.inverse_gram();
-        let of = |column: usize| {
+        let value_and_error = |column: usize| {
             (coefficients[column], libm::sqrt(gram[(column, column)]) * residual_sd)
         };
         let drivers = self.fit.groups();
-        let estimated = self.fixed_exponent.is_none().then(|| of(0));
+        let estimated = self.fixed_exponent.is_none().then(|| value_and_error(0));
         let clustered = (drivers > 1).then(|| self.clustered_errors(curves));
         let every = 1.0 / drivers as f64;
         let mean = Combination { every, groups: Vec::new(), columns: self.unit(None) };
@@ -290,7 +290,7 @@ impl Regression {
             exponent_error: estimated.map(|exponent| exponent.1),
             clustered: estimated.and(clustered).and_then(|(exponent, _)| exponent),
             level_clustered: clustered.map(|(_, level)| level),
-            direction: self.direction.then(|| of(self.direction_column())),
+            direction: self.direction.then(|| value_and_error(self.direction_column())),
             effects: self.fit.levels().as_slice(),
             residual_sd,
         }
@@ -372,7 +372,7 @@ impl Regression {
         let df = self.fit.residual_df() as f64;
         let t = t_of_interval(LEVEL, df);
         let (names, combinations): (Vec<String>, Vec<Combination>) = listed.into_iter().unzip();
-        let found = self.fit.combine(combinations);
+        let combined = self.fit.combine(combinations);
         let as_coefficient =
             |(name, (estimate, standard_error)): (String, (f64, f64))| Coefficient {
                 name,
@@ -381,7 +381,7 @@ impl Regression {
                 ci95: around(estimate, standard_error, t),
                 ln_p: ln_t_tails(estimate / standard_error, df),
             };
-        names.into_iter().zip(found).map(as_coefficient).collect()
+        names.into_iter().zip(combined).map(as_coefficient).collect()
     }
 
     /// Effect of each driver.

@@ -170,17 +170,17 @@ mod tests {
     #[test]
     fn curves_with_an_unknown_limit_take_no_part() {
         for unknown in [f64::NAN, 0.0] {
-            let found = fit(&table(unknown), &CurveSpeedOptions::default()).unwrap();
-            let tobit = found.tobit.unwrap();
+            let curve_fit = fit(&table(unknown), &CurveSpeedOptions::default()).unwrap();
+            let tobit = curve_fit.tobit.unwrap();
             let error = tobit.exponent_standard_error.unwrap();
             assert!((tobit.exponent - 0.5).abs() < 4.0 * error && error < 0.02, "{tobit:?}");
             assert_eq!(tobit.n, 400);
-            assert!(found.below_limit.unwrap().n < 400 && found.at_limit.unwrap() < 400);
+            assert!(curve_fit.below_limit.unwrap().n < 400 && curve_fit.at_limit.unwrap() < 400);
             let message = "200 of 600 curves have no known speed limit";
             assert!(
-                found.warnings.iter().any(|text| text.contains(message)),
+                curve_fit.warnings.iter().any(|text| text.contains(message)),
                 "{:?}",
-                found.warnings
+                curve_fit.warnings
             );
         }
         // no limit at all is known, and never censors
@@ -192,9 +192,16 @@ mod tests {
     fn without_a_known_limit_there_is_no_censored_regression() {
         let mut none = table(f64::NAN);
         none.limit_mps = Some(vec![f64::NAN; 600]);
-        let found = fit(&none, &CurveSpeedOptions::default()).unwrap();
-        assert_eq!((found.tobit, found.at_limit, found.below_limit), (None, None, None));
+        let curve_fit = fit(&none, &CurveSpeedOptions::default()).unwrap();
+        assert_eq!(
+            (curve_fit.tobit, curve_fit.at_limit, curve_fit.below_limit),
+            (None, None, None)
+        );
         let message = "no curve has a known speed limit";
-        assert!(found.warnings.iter().any(|text| text.contains(message)), "{:?}", found.warnings);
+        assert!(
+            curve_fit.warnings.iter().any(|text| text.contains(message)),
+            "{:?}",
+            curve_fit.warnings
+        );
     }
 }

@@ -93,8 +93,8 @@ fn alone(trips: &Trips, family: usize) -> (f64, f64) {
         theta
     };
     let at = |logs: &[f64]| trips.criterion(theta(libm::exp(logs[0])));
-    let found = [-2.5, 0.5].map(|start| descend(&at, &[start], TOLERANCE));
-    let best = if found[0].1 <= found[1].1 { &found[0] } else { &found[1] };
+    let minima = [-2.5, 0.5].map(|start| descend(&at, &[start], TOLERANCE));
+    let best = if minima[0].1 <= minima[1].1 { &minima[0] } else { &minima[1] };
     let none = trips.criterion([0.0; 2]);
     if none <= best.1 + NO_GAIN { (0.0, none) } else { (libm::exp(best.0[0]), best.1) }
 }
@@ -108,15 +108,15 @@ pub(crate) fn best_ratios(trips: &Trips) -> ([f64; 2], f64) {
     let (driver, by_driver) = alone(trips, 1);
     let at = |logs: &[f64]| trips.criterion([libm::exp(logs[0]), libm::exp(logs[1])]);
     let near = [truck, driver].map(|ratio| libm::log(0.8 * ratio.max(SMALL_RATIO)));
-    let mut found = descend(&at, &near, TOLERANCE);
+    let mut best = descend(&at, &near, TOLERANCE);
     // a second start, where it is not dear
     if trips.dense_work() <= MOST_PROFILE_WORK {
         let other = descend(&at, &[-1.5, -1.5], TOLERANCE);
-        if other.1 < found.1 {
-            found = other;
+        if other.1 < best.1 {
+            best = other;
         }
     }
-    let both = ([libm::exp(found.0[0]), libm::exp(found.0[1])], found.1);
+    let both = ([libm::exp(best.0[0]), libm::exp(best.0[1])], best.1);
     // with fewer effects where they say as much
     let candidates = [([truck, 0.0], by_truck), ([0.0, driver], by_driver)];
     let fewer = if by_truck <= by_driver { candidates[0] } else { candidates[1] };
@@ -214,10 +214,12 @@ impl Components {
             return wald;
         }
         let others: Vec<usize> = (0..3)
-            .filter(|of| *of != place && (*of == 2 || trips.families[*of].len() > 0))
+            .filter(|other| *other != place && (*other == 2 || trips.families[*other].len() > 0))
             .collect();
-        let start: Vec<f64> =
-            others.iter().map(|of| libm::log(self.sd[*of].max(SMALL_RATIO * self.sd[2]))).collect();
+        let start: Vec<f64> = others
+            .iter()
+            .map(|other| libm::log(self.sd[*other].max(SMALL_RATIO * self.sd[2])))
+            .collect();
         let profile = |sd: f64| {
             let mut at = self.sd;
             at[place] = sd;
@@ -228,10 +230,10 @@ impl Components {
             )
             .1
         };
-        let found = sd_interval(self.sd[place], trips.df_between(place) + 1, profile);
+        let limits = sd_interval(self.sd[place], trips.df_between(place) + 1, profile);
         match wald {
-            Some(wald) if !found[1].is_finite() => Some(wald),
-            _ => Some((found, IntervalKind::ProfileLikelihood)),
+            Some(wald) if !limits[1].is_finite() => Some(wald),
+            _ => Some((limits, IntervalKind::ProfileLikelihood)),
         }
     }
 }

@@ -141,9 +141,9 @@ fn the_estimate_is_no_worse_than_that_of_a_search_without_derivatives() {
         let trips = Trips::of(&table, &FleetOptions::default()).unwrap();
         let (theta, criterion) = best_ratios(&trips);
         for start in [[0.1, 0.1], [1.0, 1.0], [2.0, 0.2]] {
-            let (other, found) =
+            let (other, lowest) =
                 minimise(|x: &[f64; 2]| trips.criterion(x.map(f64::abs)), start, 0.3);
-            assert!(criterion < found + 1e-7, "{seed}: {theta:?} {criterion}, {other:?} {found}");
+            assert!(criterion < lowest + 1e-7, "{seed}: {theta:?} {criterion}, {other:?} {lowest}");
         }
     }
 }
@@ -179,9 +179,9 @@ fn predictions_and_their_errors_are_those_of_the_dense_matrices() {
         for family in 0..2 {
             for level in 0..trips.families[family].len() {
                 let at = place(family, level);
-                let found = posterior.combine(&[0.0; 3], &[(family, level, 1.0)]);
-                assert!((found.mean - effects[at]).abs() < 1e-9, "{design:?}");
-                assert!((found.variance - error[(at, at)]).abs() < 1e-10, "{design:?}");
+                let combined = posterior.combine(&[0.0; 3], &[(family, level, 1.0)]);
+                assert!((combined.mean - effects[at]).abs() < 1e-9, "{design:?}");
+                assert!((combined.variance - error[(at, at)]).abs() < 1e-10, "{design:?}");
             }
         }
         // a combination of all of them, and of β
@@ -195,14 +195,14 @@ fn predictions_and_their_errors_are_those_of_the_dense_matrices() {
             }
         }
         let fixed = DVector::from_vec(vec![1.0, 0.3, -0.2]);
-        let found = posterior.combine(fixed.as_slice(), &terms);
+        let combined = posterior.combine(fixed.as_slice(), &terms);
         let mean = fixed.dot(&beta) + weights.dot(&effects);
         let between = -&gram * follows.transpose();
         let variance = fixed.dot(&(&gram * &fixed))
             + weights.dot(&(&error * &weights))
             + 2.0 * fixed.dot(&(&between * &weights));
-        assert!((found.mean - mean).abs() < 1e-9, "{design:?} {found:?} {mean}");
-        assert!((found.variance - variance).abs() < 1e-10, "{design:?} {found:?} {variance}");
+        assert!((combined.mean - mean).abs() < 1e-9, "{design:?} {combined:?} {mean}");
+        assert!((combined.variance - variance).abs() < 1e-10, "{design:?} {combined:?} {variance}");
         // draws have these means and covariances
         let mut drawn = posterior.effects.clone();
         let (mut sum, mut squares) = (DVector::zeros(levels), DMatrix::zeros(levels, levels));
@@ -254,8 +254,8 @@ fn the_information_is_that_of_the_dense_matrices() {
 
 #[test]
 fn what_has_no_fit_says_why() {
-    let of = |truck: &[&str], driver: Option<&[&str]>, value: &[f64]| {
-        let words = |of: &[&str]| of.iter().map(|word| (*word).to_owned()).collect();
+    let fit_of = |truck: &[&str], driver: Option<&[&str]>, value: &[f64]| {
+        let words = |names: &[&str]| names.iter().map(|word| (*word).to_owned()).collect();
         fit(
             &FleetTable {
                 truck: words(truck),
@@ -266,17 +266,18 @@ fn what_has_no_fit_says_why() {
             &FleetOptions::default(),
         )
     };
-    let error = |found: Result<_, super::FleetFitError>| found.unwrap_err().to_string();
-    let text = error(of(&["a", "a", "b", ""], None, &[1.0, 2.0, f64::NAN, 3.0]));
+    let error = |result: Result<_, super::FleetFitError>| result.unwrap_err().to_string();
+    let text = error(fit_of(&["a", "a", "b", ""], None, &[1.0, 2.0, f64::NAN, 3.0]));
     assert_eq!(
         text,
         "2 trips of 1 trucks; allowed are two trucks or more (left out: 1 no truck, 1 no value)"
     );
-    let text = error(of(&["a", "b", "c"], None, &[1.0, 2.0, 3.0]));
+    let text = error(fit_of(&["a", "b", "c"], None, &[1.0, 2.0, 3.0]));
     assert!(text.contains("do not repeat"), "{text}");
-    let text = error(of(&["a", "a", "b", "b"], None, &[1.0, 1.0, 3.0, 3.0]));
+    let text = error(fit_of(&["a", "a", "b", "b"], None, &[1.0, 1.0, 3.0, 3.0]));
     assert!(text.contains("all the same"), "{text}");
-    let text = error(of(&["a", "a", "b", "b"], Some(&["1", "2", "1", "2"]), &[1.0, 2.0, 2.0, 3.0]));
+    let text =
+        error(fit_of(&["a", "a", "b", "b"], Some(&["1", "2", "1", "2"]), &[1.0, 2.0, 2.0, 3.0]));
     assert!(text.contains("all the same"), "{text}");
     let options = FleetOptions { power: 1.0, ..FleetOptions::default() };
     let text = fit(&FleetTable::default(), &options).unwrap_err().to_string();

@@ -85,10 +85,10 @@ pub(crate) fn leagues(
             counts.add(&effects[*family]);
         }
     }
-    let of = |(family, counts): (&usize, Counts)| {
+    let league_of = |(family, counts): (&usize, Counts)| {
         league(trips, components.sd[*family], posterior, options, *family, &counts)
     };
-    families.iter().zip(counts).map(of).collect()
+    families.iter().zip(counts).map(league_of).collect()
 }
 
 /// Counts over the draws.

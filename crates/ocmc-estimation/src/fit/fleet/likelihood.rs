@@ -150,11 +150,11 @@ impl Trips {
 
     /// Minus twice the restricted log-likelihood, σ at its best.
     pub(crate) fn criterion(&self, theta: [f64; 2]) -> f64 {
-        let found = self.profile(theta).map(|Profile { log_determinant, sum_sq, .. }| {
+        let criterion = self.profile(theta).map(|Profile { log_determinant, sum_sq, .. }| {
             let df = self.df();
             log_determinant + df * (1.0 + libm::log(2.0 * PI * sum_sq / df)) - self.log_weights
         });
-        found.filter(|found| found.is_finite()).unwrap_or(f64::INFINITY)
+        criterion.filter(|criterion| criterion.is_finite()).unwrap_or(f64::INFINITY)
     }
 
     /// Minus twice the restricted log-likelihood of the SDs of trucks, drivers and trips, less what
@@ -163,11 +163,11 @@ impl Trips {
         if !(trip > 0.0) {
             return f64::INFINITY;
         }
-        let found = self.profile([truck / trip, driver / trip]);
-        let found = found.map(|Profile { log_determinant, sum_sq, .. }| {
+        let profile = self.profile([truck / trip, driver / trip]);
+        let deviance = profile.map(|Profile { log_determinant, sum_sq, .. }| {
             log_determinant + self.df() * libm::log(trip * trip) + sum_sq / (trip * trip)
         });
-        found.filter(|found| found.is_finite()).unwrap_or(f64::INFINITY)
+        deviance.filter(|deviance| deviance.is_finite()).unwrap_or(f64::INFINITY)
     }
 
     /// The SD of a trip that is best with these ratios.

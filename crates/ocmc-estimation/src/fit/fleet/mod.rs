@@ -292,11 +292,11 @@ fn months(trips: &Trips, around: &Around) -> Vec<MonthEffect> {
         if place > 0 {
             fixed[place] += 1.0;
         }
-        let found = around.centre.combine(&fixed, &[]);
+        let combined = around.centre.combine(&fixed, &[]);
         MonthEffect {
             month: month + 1,
-            effect: found.mean,
-            standard_error: libm::sqrt(found.variance),
+            effect: combined.mean,
+            standard_error: libm::sqrt(combined.variance),
         }
     };
     trips.months.iter().enumerate().map(effect).collect()

@@ -95,8 +95,8 @@ impl<'a> Around<'a> {
 
     /// The answer with the degrees of freedom of its variance.
     fn answer(&self, question: &Question) -> (Combination, Option<f64>) {
-        let found = question.answer(&self.centre, self.components.sd);
-        let Some(covariance) = &self.components.log_covariance else { return (found, None) };
+        let combination = question.answer(&self.centre, self.components.sd);
+        let Some(covariance) = &self.components.log_covariance else { return (combination, None) };
         let gradient: Vec<f64> = self
             .sides
             .iter()
@@ -113,16 +113,16 @@ impl<'a> Around<'a> {
                 spread += a * b * covariance[(i, j)];
             }
         }
-        let df = 2.0 * found.variance * found.variance / spread;
-        (found, (df < NORMAL_DF).then(|| df.max(1.0)))
+        let df = 2.0 * combination.variance * combination.variance / spread;
+        (combination, (df < NORMAL_DF).then(|| df.max(1.0)))
     }
 
     fn expected(&self, label: &str, trips: u64, question: &Question) -> Expected {
-        let (found, df) = self.answer(question);
-        let sd = libm::sqrt(found.variance);
+        let (combination, df) = self.answer(question);
+        let sd = libm::sqrt(combination.variance);
         let t = df.map_or(NORMAL_975, |df| t_of_interval(0.95, df));
-        let ci95 = around(found.mean, sd, t);
-        Expected { label: label.to_owned(), trips, mean: found.mean, sd, df, ci95 }
+        let ci95 = around(combination.mean, sd, t);
+        Expected { label: label.to_owned(), trips, mean: combination.mean, sd, df, ci95 }
     }
 
     /// The mean of the fleet's trips and its standard error, with the interval.

@@ -84,7 +84,7 @@ pub(crate) fn telling_apart(
         let needed =
             trips_to_tell(difference, floor, variance, options.power, options.significance);
         let in_records = trips.n as f64 / trips.families[family].len() as f64;
-        let of = |trips: f64| floor + 2.0 * variance / trips;
+        let variance_of = |trips: f64| floor + 2.0 * variance / trips;
         TellingApart {
             level,
             apart,
@@ -93,10 +93,11 @@ pub(crate) fn telling_apart(
             floor_variance: floor,
             trip_variance: variance,
             trips: needed,
-            power: needed.map(|n| power_of(difference, of(n as f64), options.significance)),
+            power: needed
+                .map(|n| power_of(difference, variance_of(n as f64), options.significance)),
             trips_in_records: in_records,
             difference_in_records: difference_with(
-                of(in_records),
+                variance_of(in_records),
                 options.power,
                 options.significance,
             ),
@@ -146,23 +147,23 @@ mod tests {
         let variance = floor + 2.0 / trips as f64;
         let power = power_of(0.3, variance, 0.05);
         assert!((0.8..0.81).contains(&power), "{trips} {power}");
-        let mut found = 0;
+        let mut significant = 0;
         for test in 0..TESTS {
             let mut draws = Draws::new(3, test, Stream::Bootstrap);
             let mut mean = |level: f64| {
                 let drivers = [0.08 * draws.normal(), 0.08 * draws.normal()];
                 let half = trips / 2;
-                let of = |driver: f64, n: u64, draws: &mut Draws| {
+                let sum = |driver: f64, n: u64, draws: &mut Draws| {
                     (0..n).map(|_| level + driver + draws.normal()).sum::<f64>()
                 };
-                (of(drivers[0], half, &mut draws) + of(drivers[1], trips - half, &mut draws))
+                (sum(drivers[0], half, &mut draws) + sum(drivers[1], trips - half, &mut draws))
                     / trips as f64
             };
             let difference = mean(0.3) - mean(0.0);
-            found += u32::from(difference.abs() > 1.959_964 * variance.sqrt());
+            significant += u32::from(difference.abs() > 1.959_964 * variance.sqrt());
         }
         let error = (power * (1.0 - power) / TESTS as f64).sqrt();
-        let share = f64::from(found) / TESTS as f64;
+        let share = f64::from(significant) / TESTS as f64;
         assert!((share - power).abs() < 4.0 * error, "{share} {power}");
     }
 }

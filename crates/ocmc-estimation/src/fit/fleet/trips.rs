@@ -123,8 +123,8 @@ fn month(departure_s_of_year: f64) -> Option<usize> {
     Some(11)
 }
 
-/// A row that counts.
-struct Row {
+/// A trip that counts.
+struct CountedTrip {
     /// Its place in the table.
     place: usize,
     truck: usize,
@@ -174,7 +174,7 @@ impl Trips {
     pub(crate) fn of(table: &FleetTable, options: &FleetOptions) -> Result<Self, FleetFitError> {
         let (mut trucks, mut drivers) = (Labels::default(), Labels::default());
         let mut dropped = Dropped::new();
-        let mut rows: Vec<Row> = Vec::new();
+        let mut trips: Vec<CountedTrip> = Vec::new();
         for k in 0..table.value.len() {
             if let Some(reason) = fault(table, k, options.month) {
                 *dropped.entry(reason).or_default() += 1;
@@ -191,22 +191,29 @@ impl Trips {
             let departure = table.departure_s_of_year.as_ref().map_or(0.0, |all| all[k]);
             let month = if options.month { month(departure).unwrap_or(0) } else { 0 };
             let weight = table.weight.as_ref().map_or(1.0, |weight| weight[k]);
-            rows.push(Row { place: k, truck, driver, month, value: table.value[k], weight });
+            trips.push(CountedTrip {
+                place: k,
+                truck,
+                driver,
+                month,
+                value: table.value[k],
+                weight,
+            });
         }
-        let n = rows.len();
+        let n = trips.len();
         if trucks.names.len() < 2 {
             let trucks = trucks.names.len();
             return Err(FleetFitError::FewTrucks { trucks, trips: n, dropped });
         }
         if table.weight.is_some() {
-            let mean = rows.iter().map(|row| row.weight).sum::<f64>() / n as f64;
-            for row in &mut rows {
-                row.weight /= mean;
+            let mean = trips.iter().map(|trip| trip.weight).sum::<f64>() / n as f64;
+            for trip in &mut trips {
+                trip.weight /= mean;
             }
         }
         let mut pairs: BTreeMap<[usize; 2], f64> = BTreeMap::new();
-        for row in &rows {
-            *pairs.entry([row.truck, row.driver]).or_default() += row.weight;
+        for trip in &trips {
+            *pairs.entry([trip.truck, trip.driver]).or_default() += trip.weight;
         }
         let counted = [trucks.names.len(), drivers.names.len()];
         let design = design(&pairs, counted, n);
@@ -232,12 +239,12 @@ impl Trips {
             n,
             design,
             width: 1,
-            months: months(&rows, options.month),
+            months: months(&trips, options.month),
             shift: 0.0,
             gram: DMatrix::zeros(0, 0),
             families,
             blocks,
-            log_weights: rows.iter().map(|row| libm::log(row.weight)).sum(),
+            log_weights: trips.iter().map(|trip| libm::log(trip.weight)).sum(),
             residual_df: 0,
             counted,
             pairs: pairs.len(),
@@ -250,15 +257,15 @@ impl Trips {
             return Err(FleetFitError::NoRepeats { trips: n, trucks: counted[0] });
         }
         reduced.residual_df = n - used;
-        reduced.sum(&rows, &table.covariates);
+        reduced.sum(&trips, &table.covariates);
         Ok(reduced)
     }
 
-    /// Sums the rows up.
-    fn sum(&mut self, rows: &[Row], covariates: &[Vec<f64>]) {
+    /// Sums the trips up.
+    fn sum(&mut self, trips: &[CountedTrip], covariates: &[Vec<f64>]) {
         let q = self.width + 1;
-        let total: f64 = rows.iter().map(|row| row.weight).sum();
-        self.shift = rows.iter().map(|row| row.weight * row.value).sum::<f64>() / total;
+        let total: f64 = trips.iter().map(|trip| trip.weight).sum();
+        self.shift = trips.iter().map(|trip| trip.weight * trip.value).sum::<f64>() / total;
         self.gram = DMatrix::zeros(q, q);
         for family in &mut self.families {
             family.weights = vec![0.0; family.labels.len()];
@@ -266,28 +273,28 @@ impl Trips {
         }
         let has_drivers = self.families[1].len() > 0;
         let mut x = vec![0.0; q];
-        for row in rows {
+        for trip in trips {
             x.fill(0.0);
             x[0] = 1.0;
-            if let Some(place) = self.months.iter().skip(1).position(|month| *month == row.month) {
+            if let Some(place) = self.months.iter().skip(1).position(|month| *month == trip.month) {
                 x[place + 1] = 1.0;
             }
             for (x, column) in x[q - 1 - covariates.len()..].iter_mut().zip(covariates) {
-                *x = column[row.place];
+                *x = column[trip.place];
             }
-            x[q - 1] = row.value - self.shift;
+            x[q - 1] = trip.value - self.shift;
             for a in 0..q {
                 for b in 0..q {
-                    self.gram[(a, b)] += row.weight * x[a] * x[b];
+                    self.gram[(a, b)] += trip.weight * x[a] * x[b];
                 }
             }
-            let levels = [Some(row.truck), has_drivers.then_some(row.driver)];
+            let levels = [Some(trip.truck), has_drivers.then_some(trip.driver)];
             for (family, level) in self.families.iter_mut().zip(levels) {
                 if let Some(level) = level {
                     family.trips[level] += 1;
-                    family.weights[level] += row.weight;
+                    family.weights[level] += trip.weight;
                     for (sum, x) in family.sums[level * q..].iter_mut().zip(&x) {
-                        *sum += row.weight * x;
+                        *sum += trip.weight * x;
                     }
                 }
             }
@@ -296,8 +303,11 @@ impl Trips {
 
     /// Mean predictors of a level.
     pub(crate) fn predictors(&self, family: usize, level: usize) -> Vec<f64> {
-        let (q, of) = (self.width + 1, &self.families[family]);
-        of.sums[level * q..][..self.width].iter().map(|sum| sum / of.weights[level]).collect()
+        let (q, totals) = (self.width + 1, &self.families[family]);
+        totals.sums[level * q..][..self.width]
+            .iter()
+            .map(|sum| sum / totals.weights[level])
+            .collect()
     }
 
     /// Mean predictors of all trips.
@@ -307,8 +317,8 @@ impl Trips {
 
     /// Mean of a level's trips.
     pub(crate) fn mean_of(&self, family: usize, level: usize) -> f64 {
-        let (q, of) = (self.width + 1, &self.families[family]);
-        self.shift + of.sums[level * q + q - 1] / of.weights[level]
+        let (q, totals) = (self.width + 1, &self.families[family]);
+        self.shift + totals.sums[level * q + q - 1] / totals.weights[level]
     }
 
     /// Degrees of freedom between the levels of a family, beside the other one.
@@ -341,9 +351,9 @@ impl Trips {
 }
 
 /// The months that occur, in order; none where they are no part of the model.
-fn months(rows: &[Row], with_months: bool) -> Vec<usize> {
+fn months(trips: &[CountedTrip], with_months: bool) -> Vec<usize> {
     let mut months: Vec<usize> =
-        if with_months { rows.iter().map(|row| row.month).collect() } else { Vec::new() };
+        if with_months { trips.iter().map(|trip| trip.month).collect() } else { Vec::new() };
     months.sort_unstable();
     months.dedup();
     months
@@ -373,12 +383,12 @@ fn blocks(
     [trucks, drivers]: [usize; 2],
 ) -> Result<Vec<Block>, FleetFitError> {
     let mut root: Vec<usize> = (0..trucks + drivers).collect();
-    let find = |root: &mut Vec<usize>, mut of: usize| {
-        while root[of] != of {
-            root[of] = root[root[of]];
-            of = root[of];
+    let find = |root: &mut Vec<usize>, mut node: usize| {
+        while root[node] != node {
+            root[node] = root[root[node]];
+            node = root[node];
         }
-        of
+        node
     };
     if drivers > 0 {
         for [truck, driver] in pairs.keys() {
@@ -388,15 +398,15 @@ fn blocks(
     }
     let mut number = vec![usize::MAX; trucks + drivers];
     let mut members: Vec<[Vec<usize>; 2]> = Vec::new();
-    for of in 0..trucks + drivers {
-        let root = find(&mut root, of);
+    for node in 0..trucks + drivers {
+        let root = find(&mut root, node);
         if number[root] == usize::MAX {
             number[root] = members.len();
             members.push([Vec::new(), Vec::new()]);
         }
-        number[of] = number[root];
-        let (family, level) = if of < trucks { (0, of) } else { (1, of - trucks) };
-        members[number[of]][family].push(level);
+        number[node] = number[root];
+        let (family, level) = if node < trucks { (0, node) } else { (1, node - trucks) };
+        members[number[node]][family].push(level);
     }
     let mut place = [vec![0; trucks], vec![0; drivers]];
     let mut blocks = Vec::with_capacity(members.len());
@@ -442,23 +452,26 @@ mod tests {
 
     #[test]
     fn who_drives_what() {
-        let of = |pairs: &[[usize; 2]], levels| {
+        let design_and_blocks = |pairs: &[[usize; 2]], levels| {
             let pairs: BTreeMap<_, _> = pairs.iter().map(|pair| (*pair, 1.0)).collect();
-            let found = design(&pairs, levels, 100);
+            let design = design(&pairs, levels, 100);
             let blocks = blocks(&pairs, levels).unwrap();
-            (found, blocks.iter().map(|block| block.kept.len()).collect::<Vec<_>>())
+            (design, blocks.iter().map(|block| block.kept.len()).collect::<Vec<_>>())
         };
-        assert_eq!(of(&[[0, 1], [1, 0]], [2, 2]), (FleetDesign::TruckAndDriver, vec![1, 1]));
         assert_eq!(
-            of(&[[0, 0], [0, 1], [1, 2]], [2, 3]),
+            design_and_blocks(&[[0, 1], [1, 0]], [2, 2]),
+            (FleetDesign::TruckAndDriver, vec![1, 1])
+        );
+        assert_eq!(
+            design_and_blocks(&[[0, 0], [0, 1], [1, 2]], [2, 3]),
             (FleetDesign::DriversInTrucks, vec![1, 1])
         );
         assert_eq!(
-            of(&[[0, 0], [1, 0], [2, 1]], [3, 2]),
+            design_and_blocks(&[[0, 0], [1, 0], [2, 1]], [3, 2]),
             (FleetDesign::TrucksOfDrivers, vec![1, 1])
         );
         // two depots
         let depots = [[0, 0], [0, 1], [1, 0], [1, 1], [2, 2], [3, 2], [2, 3], [3, 3], [3, 4]];
-        assert_eq!(of(&depots, [4, 5]), (FleetDesign::Crossed, vec![2, 2]));
+        assert_eq!(design_and_blocks(&depots, [4, 5]), (FleetDesign::Crossed, vec![2, 2]));
     }
 }

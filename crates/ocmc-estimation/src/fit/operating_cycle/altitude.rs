@@ -194,9 +194,9 @@ pub(super) fn hills(
         noise_of_values(&values)
     });
     let noise_m = noise_m.fold(FIRST_M, f64::max);
-    let found = search(&all, &models, noise_m, base.slope_step_m);
-    for (hills, found) in of_type.values_mut().zip(found) {
-        *hills = Hills { way_m: hills.way_m, measured: hills.measured, ..found };
+    let fits = search(&all, &models, noise_m, base.slope_step_m);
+    for (hills, fit) in of_type.values_mut().zip(fits) {
+        *hills = Hills { way_m: hills.way_m, measured: hills.measured, ..fit };
     }
     of_type
 }
@@ -256,9 +256,9 @@ fn search(
             let at = whole(part);
             let processes: Vec<_> = (0..types).map(|k| variables.process(&at, k)).collect();
             let error = variables.error(&at);
-            let of = |road: &Vec<Passage>| minus_log_likelihood(road, &processes, error);
+            let misfit = |road: &Vec<Passage>| minus_log_likelihood(road, &processes, error);
             // in the order of the roads, whoever computes them
-            roads.par_iter().step_by(step).map(of).collect::<Vec<f64>>().iter().sum::<f64>()
+            roads.par_iter().step_by(step).map(misfit).collect::<Vec<f64>>().iter().sum::<f64>()
         };
         let mut start: Vec<f64> = free.iter().map(|k| at[*k]).collect();
         if roads.len() >= 2 * PART {
@@ -268,7 +268,7 @@ fn search(
         let (best, value) = descend(&function, &start, TOLERANCE);
         let (_, bend) = differences(&function, &best, value, DIFFERENCE);
         let errors = errors(bend);
-        let found = whole(&best);
+        let optimum = whole(&best);
         let error = |k: usize| {
             let place = free.iter().position(|free| *free == k);
             place.map_or(0.0, |place| errors[place])
@@ -276,9 +276,9 @@ fn search(
         let mut untold = Vec::new();
         for k in 0..types {
             let (sd, hill) = (2 * k, 2 * k + 1);
-            let sd_is_in = (SDS[0]..=SDS[1]).contains(&libm::exp(found[sd]));
+            let sd_is_in = (SDS[0]..=SDS[1]).contains(&libm::exp(optimum[sd]));
             let sd_is_told = sd_is_in && error(sd) <= LARGEST_ERROR;
-            let hill_length_m = variables.hill_length_m(&found, k);
+            let hill_length_m = variables.hill_length_m(&optimum, k);
             let of_hill = error(hill) * (1.0 - variables.least_m() / hill_length_m);
             let hill_is_told = of_hill <= LARGEST_ERROR && hill_length_m <= LONGEST_HILL_M;
             if !(held[hill] || hill_is_told && sd_is_told) {
@@ -288,9 +288,9 @@ fn search(
             }
         }
         if untold.is_empty() {
-            let of_altitudes = variables.error(&found);
+            let of_altitudes = variables.error(&optimum);
             let of_type = |k: usize| {
-                let (sd, hill) = (libm::exp(found[2 * k]), variables.hill_length_m(&found, k));
+                let (sd, hill) = (libm::exp(optimum[2 * k]), variables.hill_length_m(&optimum, k));
                 let of_hill = error(2 * k + 1) * (hill - variables.least_m());
                 let of_sd = (!held[2 * k + 1]).then(|| error(2 * k) * sd);
                 Hills {
@@ -303,7 +303,7 @@ fn search(
             };
             return (0..types).map(of_type).collect();
         }
-        at = found;
+        at = optimum;
         for k in untold {
             held[k] = true;
             at[k] = first[k];
@@ -325,10 +325,10 @@ fn errors(bend: DMatrix<f64>) -> Vec<f64> {
             *variance += part * part / curvature.max(FLAT);
         }
     }
-    let of = |(variance, flat): (f64, bool)| {
+    let error = |(variance, flat): (f64, bool)| {
         if flat { f64::INFINITY } else { libm::sqrt(variance) }
     };
-    variances.into_iter().zip(flat).map(of).collect()
+    variances.into_iter().zip(flat).map(error).collect()
 }
 
 /// Minus the logarithm of the likelihood of one road; less a constant.

@@ -47,8 +47,8 @@ pub fn birds_eye_of_laws(study: &Study) -> Option<BirdsEye> {
         let count = (length_m / mean_m + 0.5 * (cv * cv - 1.0)).max(0.0);
         [count, count / length_m]
     });
-    let over_types = |of: &dyn Fn(&RoadTypeModel) -> f64| -> f64 {
-        types.iter().zip(shares).map(|(road_type, share)| share * of(road_type)).sum()
+    let over_types = |value_of: &dyn Fn(&RoadTypeModel) -> f64| -> f64 {
+        types.iter().zip(shares).map(|(road_type, share)| share * value_of(road_type)).sum()
     };
     let spacing_m = model.road.event_spacing_m;
     // ends without events

@@ -41,7 +41,7 @@ pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &
         .filter(|beyond| *beyond > 0.0)
         .map(libm::log)
         .collect();
-    let tighter = roads.curves.iter().filter(|row| row.curve.radius_m <= model.turn_radius_m);
+    let tighter = roads.curves.iter().filter(|signed| signed.curve.radius_m <= model.turn_radius_m);
     let tighter = tighter.count();
     if tighter > 0 {
         estimates.warn(format_args!(
@@ -93,8 +93,8 @@ pub(super) fn profile_errors(
     })
 }
 
-/// A normal value.
-pub(super) struct Row {
+/// A normal value, which may be censored.
+pub(super) struct CensoredNormal {
     pub value: f64,
     /// Whether it is known to be at least so large only.
     pub is_cut: bool,
@@ -103,12 +103,13 @@ pub(super) struct Row {
 }
 
 /// Minus log-likelihood of normal values of mean and ln SD; less a constant.
-pub(super) fn minus_log_likelihood_of_cut(rows: &[Row], theta: &[f64; 2]) -> f64 {
+pub(super) fn minus_log_likelihood_of_cut(normals: &[CensoredNormal], theta: &[f64; 2]) -> f64 {
     let sigma = libm::exp(theta[1]);
-    rows.iter()
-        .map(|row| {
-            let z = (row.value - theta[0]) / sigma;
-            row.weight * if row.is_cut { -ln_normal_tail(z) } else { 0.5 * z * z + theta[1] }
+    normals
+        .iter()
+        .map(|normal| {
+            let z = (normal.value - theta[0]) / sigma;
+            normal.weight * if normal.is_cut { -ln_normal_tail(z) } else { 0.5 * z * z + theta[1] }
         })
         .sum()
 }
@@ -119,22 +120,28 @@ pub(super) fn minus_log_likelihood_of_cut(rows: &[Row], theta: &[f64; 2]) -> f64
 /// before may have pushed over its end have the lengths of that one and are left out.
 fn fit_length(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimates) {
     let turns_per_m = roads.turns.len() as f64 / roads.length_m;
-    let mut rows: Vec<Row> = roads
+    let mut normals: Vec<CensoredNormal> = roads
         .curves
         .iter()
         .filter(|signed| !signed.may_be_pushed)
         .map(|SignedCurve { curve, is_cut, .. }| {
             let (length, bound) = (length_m(curve), model.maximum_heading_rad * curve.radius_m);
             let is_cut = *is_cut || length >= CUT * bound;
-            Row { value: libm::log(length), is_cut, weight: libm::exp(turns_per_m * length) }
+            CensoredNormal {
+                value: libm::log(length),
+                is_cut,
+                weight: libm::exp(turns_per_m * length),
+            }
         })
-        .filter(|row| row.value.is_finite())
+        .filter(|normal| normal.value.is_finite())
         .collect();
-    let mean_weight = rows.iter().map(|row| row.weight).sum::<f64>() / rows.len() as f64;
-    for row in &mut rows {
-        row.weight /= mean_weight;
+    let mean_weight =
+        normals.iter().map(|normal| normal.weight).sum::<f64>() / normals.len() as f64;
+    for normal in &mut normals {
+        normal.weight /= mean_weight;
     }
-    let whole: Vec<f64> = rows.iter().filter(|row| !row.is_cut).map(|row| row.value).collect();
+    let whole: Vec<f64> =
+        normals.iter().filter(|normal| !normal.is_cut).map(|normal| normal.value).collect();
     if whole.len() < FEWEST {
         estimates.warn(
             "almost all curves turn as far as they may: their lengths stay those of the base study",
@@ -143,12 +150,12 @@ fn fit_length(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimat
     }
     let moments = Moments::of(&whole);
     let start = [moments.mean, libm::log(moments.sd().max(1e-3))];
-    let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&rows, theta);
+    let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&normals, theta);
     let (theta, value) = minimise(minus_log_likelihood, start, 0.3);
     let errors = profile_errors(&minus_log_likelihood, theta, value);
     let [median, log_sd] = theta.map(libm::exp);
     let error = |j: usize, value: f64| errors[j].map(|e| e * value);
-    let (n, into) = (rows.len(), &mut model.median_length_m);
+    let (n, into) = (normals.len(), &mut model.median_length_m);
     estimates.set("curves.median_length_m", into, median, error(0, median), n);
     let into = &mut model.length_log_sd;
     estimates.set("curves.length_log_sd", into, log_sd, error(1, log_sd), n);

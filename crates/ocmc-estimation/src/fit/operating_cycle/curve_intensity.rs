@@ -74,27 +74,28 @@ pub(super) fn fit_intensity(
             return f64::INFINITY;
         }
         let model = CurveModel { per_m, sign_exponent, ..base.clone() };
-        let of = |row: &UnderSign| {
+        let term = |row: &UnderSign| {
             let expected = model.intensity_per_m(row.speed_mps) * row.length_m;
             // a curve that begins where no way counts determines nothing
             let informative = row.count > 0.0 && row.length_m > 0.0;
             expected - if informative { row.count * libm::log(expected) } else { 0.0 }
         };
-        rows.iter().map(of).sum()
+        rows.iter().map(term).sum()
     };
     // as many curves as there are, were there no highest intensity: where that holds, the
     // likelihood is flat, and a search that begins there stays
     let start = |exponent: f64| {
-        let of =
+        let exposure =
             |row: &UnderSign| row.length_m * libm::pow(reference_mps / row.speed_mps, exponent);
-        let per_m = n as f64 / rows.iter().filter(|row| row.speed_mps > 0.0).map(of).sum::<f64>();
+        let per_m =
+            n as f64 / rows.iter().filter(|row| row.speed_mps > 0.0).map(exposure).sum::<f64>();
         [libm::log(per_m.clamp(LOWEST_PER_M, HIGHEST_PER_M)), exponent]
     };
     let signs = rows.iter().filter(|row| row.length_m > 0.0).count();
     if n >= FEWEST_OF_EXPONENT && signs >= 2 {
         let starts = STARTS.into_iter().chain([base.sign_exponent]).map(start);
-        let found = starts.map(|start| minimise(minus_log_likelihood, start, 0.3));
-        let best = found.min_by(|a, b| a.1.total_cmp(&b.1));
+        let minima = starts.map(|start| minimise(minus_log_likelihood, start, 0.3));
+        let best = minima.min_by(|a, b| a.1.total_cmp(&b.1));
         let (theta, value) = best.expect("there are starts");
         let errors = profile_errors(&minus_log_likelihood, theta, value);
         let inside = theta[1] > EXPONENTS.start() + AT_END && theta[1] < EXPONENTS.end() - AT_END;
@@ -138,7 +139,7 @@ pub(super) fn fit_intensity(
 fn under_signs(roads: &TypeRoads, seen: impl Fn(i64) -> f64) -> Vec<UnderSign> {
     let lengths: Vec<f64> = roads.curves.iter().map(|signed| length_m(&signed.curve)).collect();
     let mean_length = lengths.iter().sum::<f64>() / (lengths.len() as f64).max(1.0);
-    let of = |(&face, &length): (&i64, &f64)| {
+    let under_sign = |(&face, &length): (&i64, &f64)| {
         let at = |sign: f64| super::stretch::face(sign) == face;
         let count = roads.curves.iter().filter(|signed| at(signed.sign_mps)).count();
         let turns = roads.turns.iter().filter(|turn| turn.1 == face);
@@ -146,7 +147,7 @@ fn under_signs(roads: &TypeRoads, seen: impl Fn(i64) -> f64) -> Vec<UnderSign> {
         let length_m = (length - lost).max(0.0) * seen(face);
         UnderSign { speed_mps: face as f64 / 36.0, length_m, count: count as f64 }
     };
-    roads.curve_way_m.iter().map(of).collect()
+    roads.curve_way_m.iter().map(under_sign).collect()
 }
 
 /// Raises the highest intensity to that under the sign with the most curves, where the base study's

@@ -137,10 +137,10 @@ fn fit_laws(
     let start = laws_of(model);
     let count = seen.len() as f64;
     let ln_share = |laws: &Laws| {
-        let of = |(&face, curves): (&i64, &f64)| {
+        let ln_seen = |(&face, curves): (&i64, &f64)| {
             curves * libm::log(seen_share(laws, window, model, scale(model, face)))
         };
-        faces.iter().map(of).sum::<f64>() / count
+        faces.iter().map(ln_seen).sum::<f64>() / count
     };
     // what the base study says is where the search begins, however little it lets a detector see
     let least = libm::log(LEAST_SEEN).min(ln_share(&start) - 1.0);
@@ -171,12 +171,14 @@ fn fit_laws(
         .then(|| covariance(&minus_log_likelihood, laws, value))
         .flatten()
         .map(|covariance| {
-            let of = |k: usize, side: f64| {
+            let ln_share_beside = |k: usize, side: f64| {
                 let mut at = laws;
                 at[k] += side * DIFFERENCE;
                 ln_share(&at)
             };
-            let slope = DVector::from_fn(4, |k, _| (of(k, 1.0) - of(k, -1.0)) / (2.0 * DIFFERENCE));
+            let slope = DVector::from_fn(4, |k, _| {
+                (ln_share_beside(k, 1.0) - ln_share_beside(k, -1.0)) / (2.0 * DIFFERENCE)
+            });
             let variance = slope.dot(&(&covariance * &slope));
             (covariance, libm::sqrt(variance.max(0.0)))
         });

@@ -8,7 +8,7 @@
 //! seen: then the distances are those between long stops, and neither they nor the dwells are
 //! estimates of all.
 
-use super::curve::{Row, minus_log_likelihood_of_cut};
+use super::curve::{CensoredNormal, minus_log_likelihood_of_cut};
 use super::event::fitted_law;
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::normal_probability;
@@ -80,8 +80,8 @@ pub(super) fn fit_mission(
 ) {
     let lengths: Vec<f64> = missions.iter().map(|mission| mission.length_m).collect();
     let payloads: Vec<f64> = missions.iter().filter_map(|mission| mission.payload_kg).collect();
-    let departures = |of: fn((f64, f64)) -> f64| -> Vec<f64> {
-        let values = missions.iter().filter_map(|mission| mission.departure.map(of));
+    let departures = |value_of: fn((f64, f64)) -> f64| -> Vec<f64> {
+        let values = missions.iter().filter_map(|mission| mission.departure.map(value_of));
         values.filter(|value| value.is_finite()).collect()
     };
     let (seconds, days) = (departures(|at| at.0), departures(|at| at.1));
@@ -174,7 +174,7 @@ fn fit_stops(
     }
     let base = model.stops.take();
     let exponential = || {
-        let mean = spacings.iter().map(|row| row.0).sum::<f64>() / n as f64;
+        let mean = spacings.iter().map(|spacing| spacing.0).sum::<f64>() / n as f64;
         (Law::Exponential { mean }, "mean", mean, Some(mean / libm::sqrt(n as f64)))
     };
     let (spacing, what, value, error) = match base.as_ref().map(|stops| &stops.spacing_m) {
@@ -211,11 +211,15 @@ fn share_below(times_s: &[f64], below_s: f64) -> f64 {
 
 /// Log-normal distances, those that the road's end cuts off as at least so long.
 fn log_normal_spacing(spacings: &[(f64, bool)], n: usize) -> (Law, &'static str, f64, Option<f64>) {
-    let positive = spacings.iter().filter(|row| row.0 > 0.0);
-    let row = |row: &(f64, bool)| Row { value: libm::log(row.0), is_cut: row.1, weight: 1.0 };
-    let rows: Vec<Row> = positive.map(row).collect();
-    let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&rows, theta);
-    let mean = rows.iter().map(|row| row.value).sum::<f64>() / rows.len() as f64;
+    let positive = spacings.iter().filter(|spacing| spacing.0 > 0.0);
+    let normal = |(spacing_m, is_cut): &(f64, bool)| CensoredNormal {
+        value: libm::log(*spacing_m),
+        is_cut: *is_cut,
+        weight: 1.0,
+    };
+    let normals: Vec<CensoredNormal> = positive.map(normal).collect();
+    let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&normals, theta);
+    let mean = normals.iter().map(|normal| normal.value).sum::<f64>() / normals.len() as f64;
     let (theta, _) = minimise(minus_log_likelihood, [mean, libm::log(0.5)], 0.3);
     let (median, log_sd) = (libm::exp(theta[0]), libm::exp(theta[1]));
     let law = Law::LogNormal { median, log_sd, lower: None, upper: None };

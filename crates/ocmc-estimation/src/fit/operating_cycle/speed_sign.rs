@@ -137,9 +137,10 @@ pub(super) fn fit_signs(
         let h = 0.05;
         let bend = minus_log_likelihood(&[theta[0] + h]) + minus_log_likelihood(&[theta[0] - h])
             - 2.0 * value;
-        let found = libm::exp(theta[0]);
-        if (1.0..=300.0).contains(&found) {
-            similarity = Some((found, (bend > 0.0).then(|| found * h / libm::sqrt(bend))));
+        let similarity_kmh = libm::exp(theta[0]);
+        if (1.0..=300.0).contains(&similarity_kmh) {
+            similarity =
+                Some((similarity_kmh, (bend > 0.0).then(|| similarity_kmh * h / libm::sqrt(bend))));
         } else {
             estimates.warn(
                 "its changes of signs do not tell their similarity, which stays that of the base \
@@ -148,14 +149,14 @@ pub(super) fn fit_signs(
         }
     }
     // of all changes those are seen that lead to another group
-    let similarity_kmh = similarity.map_or(model.similarity_kmh, |(found, _)| found);
+    let similarity_kmh = similarity.map_or(model.similarity_kmh, |(kmh, _)| kmh);
     let share_seen = model.mean_length_m * with(similarity_kmh).flux_per_m();
     let mean_m = share_seen * length_m / changes as f64;
     let error = Some(mean_m / libm::sqrt(changes as f64));
     let into = &mut model.mean_length_m;
     estimates.set("speed_signs.mean_length_m", into, mean_m, error, changes);
-    if let Some((found, error)) = similarity {
+    if let Some((kmh, error)) = similarity {
         let into = &mut model.similarity_kmh;
-        estimates.set("speed_signs.similarity_kmh", into, found, error, changes);
+        estimates.set("speed_signs.similarity_kmh", into, kmh, error, changes);
     }
 }

@@ -94,8 +94,8 @@ pub(super) fn collect(
             let block = |k: &usize| inside(*k as f64 * base.roughness_block_m);
             let last = libm::ceil(cycle.length_m / base.roughness_block_m) as usize;
             let middle = |k: usize| (k as f64 + 0.5) * base.roughness_block_m;
-            let of = |k: usize| held(points, middle(k)).unwrap_or(f64::NAN);
-            road.blocks.extend((0..last).filter(block).map(of));
+            let value_at = |k: usize| held(points, middle(k)).unwrap_or(f64::NAN);
+            road.blocks.extend((0..last).filter(block).map(value_at));
         }
         if let Some(ground) = cycle.grounds.as_ref().and_then(|grounds| held(grounds, start)) {
             *road.grounds.entry(ground).or_insert(0) += 1;

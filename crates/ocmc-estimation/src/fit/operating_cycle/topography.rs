@@ -41,8 +41,8 @@ impl Slopes {
             let squares: f64 = slopes.iter().map(|slope| slope * slope).sum();
             let changes = slopes.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
             let pairs = slopes.len().saturating_sub(1);
-            let of = [squares, slopes.len() as f64, changes as f64, pairs as f64];
-            for (sum, value) in sums[*cycle].iter_mut().zip(of) {
+            let parts = [squares, slopes.len() as f64, changes as f64, pairs as f64];
+            for (sum, value) in sums[*cycle].iter_mut().zip(parts) {
                 *sum += value;
             }
         }

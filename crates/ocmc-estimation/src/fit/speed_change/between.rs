@@ -62,13 +62,13 @@ pub(super) fn between_drivers(sign: f64, logs: &[(&str, f64)]) -> Option<Between
     if drivers.len() < 2 || drivers.len() == named {
         return None;
     }
-    let of: Vec<(usize, f64)> = logs
+    let grouped: Vec<(usize, f64)> = logs
         .iter()
         .filter_map(|(name, log)| Some((drivers.binary_search(name).ok()?, *log)))
         .collect();
-    let rows = GroupedRows::reduce(of.len(), 1, drivers.len(), |k, x| {
+    let rows = GroupedRows::reduce(grouped.len(), 1, drivers.len(), |k, x| {
         x[0] = 1.0;
-        of[k]
+        grouped[k]
     });
     let fit = rows.random_intercept()?;
     let reach =
@@ -129,7 +129,7 @@ pub(super) fn untruncated(
 /// Logarithm of the likelihood of a driver's changes (number, mean, squares about it), the effect b
 /// = τ u integrated out.
 fn marginal((n, mean, squares): (f64, f64, f64), mu: f64, sigma: f64, tau: f64, cut: f64) -> f64 {
-    let of = |u: f64| {
+    let ln_density = |u: f64| {
         let level = mu + tau * u;
         let off = mean - level;
         let beyond = if cut.is_finite() { ln_normal_tail((cut - level) / sigma) } else { 0.0 };
@@ -153,9 +153,9 @@ fn marginal((n, mean, squares): (f64, f64, f64), mu: f64, sigma: f64, tau: f64, 
             break;
         }
     }
-    let (width, top) = (1.0 / libm::sqrt(bend), of(u));
+    let (width, top) = (1.0 / libm::sqrt(bend), ln_density(u));
     let sum: f64 =
-        (-REACH..=REACH).map(|k| libm::exp(of(u + 0.5 * f64::from(k) * width) - top)).sum();
+        (-REACH..=REACH).map(|k| libm::exp(ln_density(u + 0.5 * f64::from(k) * width) - top)).sum();
     top + libm::log(0.5 * width * sum)
 }
 
@@ -200,7 +200,7 @@ mod tests {
         assert!((whole.driver_log_sd - 0.2).abs() < 0.05, "{whole:?}");
         assert!((whole.change_log_sd - 0.3).abs() < 0.03, "{whole:?}");
         // two fifths of the changes are cut off
-        let off = |found: &BetweenDrivers| (found.median_mps2 / -(-0.5f64).exp()).ln().abs();
+        let off = |fit: &BetweenDrivers| (fit.median_mps2 / -(-0.5f64).exp()).ln().abs();
         assert!(off(&whole) < 0.1 && off(&whole) < 0.5 * off(&plain), "{whole:?} {plain:?}");
     }
 
@@ -208,7 +208,7 @@ mod tests {
     fn without_a_cut_the_likelihood_is_the_closed_form() {
         // of three values with variance σ² each and τ² together
         let (n, mean, squares, mu, sigma, tau) = (3.0, 0.4, 0.5, 0.1, 0.7, 0.5);
-        let found = marginal((n, mean, squares), mu, sigma, tau, f64::NEG_INFINITY);
+        let ln_likelihood = marginal((n, mean, squares), mu, sigma, tau, f64::NEG_INFINITY);
         let between = sigma * sigma / n + tau * tau;
         let wanted = -0.5 * squares / (sigma * sigma)
             - (n - 1.0) * f64::ln(sigma)
@@ -216,7 +216,7 @@ mod tests {
             - 0.5 * f64::ln(n * between);
         // up to (2π)^(1/2), which the integral has
         let constant = 0.5 * f64::ln(2.0 * std::f64::consts::PI);
-        assert!((found - wanted - constant).abs() < 1e-8, "{found} {wanted}");
+        assert!((ln_likelihood - wanted - constant).abs() < 1e-8, "{ln_likelihood} {wanted}");
     }
 
     #[test]

@@ -54,8 +54,8 @@ pub fn accelerations(
         limit_mps: Some(log.limit_mps.into()),
         ..TripLog::default()
     })?;
-    let mut found = LoggedChanges { rows, ..LoggedChanges::default() };
-    let signs = changes(log.limit_mps, &pieces, &mut found.without_limit);
+    let mut logged = LoggedChanges { rows, ..LoggedChanges::default() };
+    let signs = changes(log.limit_mps, &pieces, &mut logged.without_limit);
     for (k, sign) in signs.iter().enumerate() {
         // not into what belongs to the sign before or behind
         let before_s = k.checked_sub(1).map_or(f64::NEG_INFINITY, |before| signs[before].time_s);
@@ -79,12 +79,12 @@ pub fn accelerations(
         match windows.reduce(|a, b| if rising { a.max(b) } else { a.min(b) }) {
             Some(acceleration) => {
                 let kind = format!("{:.0}-to-{:.0}", 3.6 * sign.from_mps, 3.6 * sign.to_mps);
-                found.changes.push((kind, acceleration));
+                logged.changes.push((kind, acceleration));
             }
-            None => found.without_window += 1,
+            None => logged.without_window += 1,
         }
     }
-    Ok(found)
+    Ok(logged)
 }
 
 /// Where the limit changes; rows without a possible one are counted.

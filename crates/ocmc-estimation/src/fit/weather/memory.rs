@@ -30,8 +30,8 @@ impl Hours<'_> {
     /// vary. Of longer steps it is the root: the deviations are autoregressive.
     pub(super) fn hourly_correlation(&self, values: &[f64]) -> Option<(f64, usize)> {
         let pairs = self.pairs.iter().map(|[a, b]| (values[*a], values[*b]));
-        let found = correlation(pairs.filter(|(x, y)| x.is_finite() && y.is_finite()));
-        let (phi, n) = found.filter(|(_, n)| *n >= FEWEST)?;
+        let correlation = correlation(pairs.filter(|(x, y)| x.is_finite() && y.is_finite()));
+        let (phi, n) = correlation.filter(|(_, n)| *n >= FEWEST)?;
         let is_root = self.step_h > 1.0 && phi > 0.0;
         Some((if is_root { libm::pow(phi, 1.0 / self.step_h) } else { phi }, n))
     }

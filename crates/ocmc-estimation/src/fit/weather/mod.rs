@@ -170,8 +170,8 @@ impl Hours<'_> {
 
     /// Whether these records determine the harmonics of year and day.
     fn tells_harmonics(&mut self, places: &[usize]) -> bool {
-        let seen = |of: fn((f64, f64)) -> f64| {
-            let values = places.iter().map(|place| of(clock(&self.records[*place])));
+        let seen = |value_of: fn((f64, f64)) -> f64| {
+            let values = places.iter().map(|place| value_of(clock(&self.records[*place])));
             let (low, high) =
                 values.fold((1.0f64, -1.0f64), |(low, high), x| (low.min(x), high.max(x)));
             low <= -HARMONIC_SEEN && high >= HARMONIC_SEEN
@@ -202,12 +202,12 @@ impl Hours<'_> {
             self.estimates.stays("the records do not tell day and year apart");
             return None;
         };
-        let found = fitted.coefficients();
+        let coefficients = fitted.coefficients();
         let left = |record: &HourlyRecord| {
             let (season, night) = clock(record);
-            record.weather.temperature_k - found[0]
-                + found[1] * season
-                + (found[2] + found[3] * season) * night
+            record.weather.temperature_k - coefficients[0]
+                + coefficients[1] * season
+                + (coefficients[2] + coefficients[3] * season) * night
         };
         let sizes = LeastSquares::reduce(n, 2, |k, x| {
             x.copy_from_slice(&[1.0, clock(at(k)).0]);
@@ -243,14 +243,14 @@ impl Hours<'_> {
         let size_covariance = size_covariance.fold(DMatrix::zeros(2, 2), |sum, part| sum + part);
         let temperatures = Temperatures { deviation_k, covariance };
         let covariance = &temperatures.covariance;
-        if found[1] < -2.0 * covariance[(1, 1)].sqrt() {
+        if coefficients[1] < -2.0 * covariance[(1, 1)].sqrt() {
             self.estimates.warn(
                 "its coldest days lie in July, and a study knows northern seasons only; it stays \
                  that of the base study, and a table whose clock is half a year ahead tells it",
             );
             return Some(temperatures);
         }
-        if found[2] < 0.0 {
+        if coefficients[2] < 0.0 {
             self.estimates.warn(
                 "its nights are warmer than its days; is the clock the place's standard time?",
             );
@@ -265,15 +265,15 @@ impl Hours<'_> {
         let both = |c: &DMatrix<f64>, a: usize, b: usize, side: f64| {
             c[(a, a)] + c[(b, b)] + 2.0 * side * c[(a, b)]
         };
-        set("mean_k", &mut model.mean_k, found[0], covariance[(0, 0)]);
+        set("mean_k", &mut model.mean_k, coefficients[0], covariance[(0, 0)]);
         // a place without seasons: within its error below 0
-        let annual_k = found[1].max(0.0);
+        let annual_k = coefficients[1].max(0.0);
         set("annual_amplitude_k", &mut model.annual_amplitude_k, annual_k, covariance[(1, 1)]);
         for (key, into, side) in [
             ("winter_daily_amplitude_k", &mut model.winter_daily_amplitude_k, 1.0),
             ("summer_daily_amplitude_k", &mut model.summer_daily_amplitude_k, -1.0),
         ] {
-            set(key, into, found[2] + side * found[3], both(covariance, 2, 3, side));
+            set(key, into, coefficients[2] + side * coefficients[3], both(covariance, 2, 3, side));
         }
         for (key, into, side) in [
             ("winter_sd_k", &mut model.winter_sd_k, 1.0),
@@ -334,12 +334,13 @@ impl Hours<'_> {
         let Ok(fit) = LeastSquares::reduce(n, width, row) else {
             return self.estimates.stays("the records do not tell day and year apart");
         };
-        let found = fit.coefficients();
+        let coefficients = fit.coefficients();
         let mut deviations = vec![f64::NAN; self.records.len()];
         let mut predictors = vec![0.0; width];
         for (k, place) in places.iter().enumerate() {
             let value = row(k, &mut predictors);
-            let expected: f64 = predictors.iter().zip(found.iter()).map(|(x, b)| x * b).sum();
+            let expected: f64 =
+                predictors.iter().zip(coefficients.iter()).map(|(x, b)| x * b).sum();
             deviations[*place] = value - expected;
         }
         let cut = places.iter().map(|place| self.records[*place].weather.relative_humidity);
@@ -381,19 +382,24 @@ impl Hours<'_> {
                     }
                 }
             }
-            let follows = &gram * products * found[3];
+            let follows = &gram * products * coefficients[3];
             covariance += &follows * &temperatures.covariance * follows.transpose();
         }
         let mut set = |key, into: &mut f64, value, error: f64| {
             self.estimates.set(&format!("humidity.{key}"), into, value, Some(error), n);
         };
         let error = |c: usize| covariance[(c, c)].sqrt();
-        set("mean_logit", &mut model.mean_logit, found[0], error(0));
-        set("annual_amplitude", &mut model.annual_amplitude, found[1], error(1));
-        set("daily_amplitude", &mut model.daily_amplitude, found[2], error(2));
+        set("mean_logit", &mut model.mean_logit, coefficients[0], error(0));
+        set("annual_amplitude", &mut model.annual_amplitude, coefficients[1], error(1));
+        set("daily_amplitude", &mut model.daily_amplitude, coefficients[2], error(2));
         set("sd", &mut model.sd, sd, sd_error(sd, over_step, n));
         if warmer.is_some() {
-            set("temperature_slope_per_k", &mut model.temperature_slope_per_k, found[3], error(3));
+            set(
+                "temperature_slope_per_k",
+                &mut model.temperature_slope_per_k,
+                coefficients[3],
+                error(3),
+            );
         }
     }
 

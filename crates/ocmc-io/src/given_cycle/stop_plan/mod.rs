@@ -406,8 +406,8 @@ mod tests {
         .unwrap();
         assert_eq!(cycle.length_m, 113_200.0);
         let wanted = [(38_500.0, 1500.0), (61_200.0, 2400.0)];
-        for (found, wanted) in stops(&cycle).iter().zip(wanted) {
-            assert!((found.0 - wanted.0).abs() < 1e-6 && found.1 == wanted.1, "{found:?}");
+        for (stop, wanted) in stops(&cycle).iter().zip(wanted) {
+            assert!((stop.0 - wanted.0).abs() < 1e-6 && stop.1 == wanted.1, "{stop:?}");
         }
         assert_eq!((cycle.payload_kg, cycle.parts.len()), (None, 0));
         assert_eq!(cycle.planned.and_then(|planned| planned.departure_s), Some(83_400.0));

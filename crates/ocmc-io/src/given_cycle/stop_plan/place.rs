@@ -92,20 +92,20 @@ fn passages(spot: Spot, points: &Points, path: &Path2d) -> Vec<Passage> {
     let nearest_m = all.iter().map(|passage| passage.beside_m).fold(f64::INFINITY, f64::min);
     let is_near = |passage: &Passage| passage.beside_m <= nearest_m + MARGIN_M;
     // of each stretch of the track that is near its nearest point
-    let mut found: Vec<Passage> = Vec::new();
+    let mut passages: Vec<Passage> = Vec::new();
     let mut was_near = false;
     for passage in all {
         let is_near = is_near(&passage);
-        match found.last_mut() {
+        match passages.last_mut() {
             Some(last) if is_near && was_near => {
                 *last = if passage.beside_m < last.beside_m { passage } else { *last };
             }
-            _ if is_near => found.push(passage),
+            _ if is_near => passages.push(passage),
             _ => {}
         }
         was_near = is_near;
     }
-    found
+    passages
 }
 
 /// One passage of each place, each behind the one before, nearest in the sum of squares.
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn places_are_found_on_the_way_out_or_back_as_their_order_says() {
         let at = |spots: &[Spot]| {
-            on_track(spots, &points(), |k| format!("row {k}")).map(|found| found.0)
+            on_track(spots, &points(), |k| format!("row {k}")).map(|matched| matched.0)
         };
         let km = |places: Vec<f64>| -> Vec<i64> {
             places.iter().map(|m| (m / 1111.95).round() as i64).collect()

@@ -206,18 +206,24 @@ impl Places {
                 break;
             }
         }
-        let of =
+        let values_of =
             |name: &str| self.properties.iter().map(move |own| own.get(name)).collect::<Vec<_>>();
-        let mut columns: Vec<ArrayRef> = names.iter().map(|name| column_of(&of(name))).collect();
-        for (name, of) in PLACES {
-            let is_known = self.points.iter().any(|point| !of(point).is_nan());
+        let mut columns: Vec<ArrayRef> =
+            names.iter().map(|name| column_of(&values_of(name))).collect();
+        for (name, coordinate) in PLACES {
+            let is_known = self.points.iter().any(|point| !coordinate(point).is_nan());
             if is_known && !names.iter().any(|known| known == name) {
                 names.push(name.to_owned());
-                columns.push(Arc::new(Float64Array::from_iter_values(self.points.iter().map(of))));
+                columns.push(Arc::new(Float64Array::from_iter_values(
+                    self.points.iter().map(coordinate),
+                )));
             }
         }
         let text = format!("{}, a row each", count_of(self.points.len() as u64, "place"));
-        let found = vec![Finding::noted("track", [self.points.len() as f64, 0.0], text, "")];
-        Content::Columns(GivenTable::export(&path.to_string_lossy(), names, vec![columns]), found)
+        let findings = vec![Finding::noted("track", [self.points.len() as f64, 0.0], text, "")];
+        Content::Columns(
+            GivenTable::export(&path.to_string_lossy(), names, vec![columns]),
+            findings,
+        )
     }
 }

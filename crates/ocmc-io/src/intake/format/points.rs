@@ -110,11 +110,11 @@ impl Points {
             return Err("has no track with points".to_owned());
         }
         let with_points: Vec<usize> = {
-            let mut of = self.track_of.clone();
-            of.dedup();
-            of.sort_unstable();
-            of.dedup();
-            of
+            let mut tracks = self.track_of.clone();
+            tracks.dedup();
+            tracks.sort_unstable();
+            tracks.dedup();
+            tracks
         };
         let (mut names, mut columns): (Vec<String>, Vec<ArrayRef>) = (Vec::new(), Vec::new());
         if with_points.len() > 1 {
@@ -128,10 +128,10 @@ impl Points {
             let times: StringArray = self.all.iter().map(|point| point.time.clone()).collect();
             columns.push(Arc::new(times));
         }
-        for (name, of) in PLACES.into_iter().chain(MOTION) {
-            if self.all.iter().any(|point| !of(point).is_nan()) {
+        for (name, value_of) in PLACES.into_iter().chain(MOTION) {
+            if self.all.iter().any(|point| !value_of(point).is_nan()) {
                 names.push(name.to_owned());
-                let values = self.all.iter().map(of);
+                let values = self.all.iter().map(value_of);
                 columns.push(Arc::new(Float64Array::from_iter_values(values)));
             }
         }
@@ -145,9 +145,9 @@ impl Points {
         let others = others.iter().fold(String::new(), |text, other| text + ", " + other);
         let text = format!("{tracks}, {points}{others}");
         let count = self.all.len() as f64;
-        let found = vec![Finding::noted("track", [count, 0.0], text, "")];
+        let findings = vec![Finding::noted("track", [count, 0.0], text, "")];
         let table = GivenTable::export(&path.to_string_lossy(), names, vec![columns]);
-        Ok(Content::Columns(table, found))
+        Ok(Content::Columns(table, findings))
     }
 }
 

@@ -133,7 +133,8 @@ impl Message {
     }
 
     fn speed_kmh(&self) -> Option<f64> {
-        let inside = |of: fn(&Snapshot) -> Option<f64>| self.snapshot_data.as_ref().and_then(of);
+        let inside =
+            |value_of: fn(&Snapshot) -> Option<f64>| self.snapshot_data.as_ref().and_then(value_of);
         let wheel = self.wheel_based_speed.or_else(|| inside(|data| data.wheel_based_speed));
         let tachograph = || self.tachograph_speed.or_else(|| inside(|data| data.tachograph_speed));
         wheel.or_else(tachograph).or_else(|| self.place()?.speed)
@@ -208,22 +209,22 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content, String> {
         count_of(messages.len() as u64, "message"),
         count_of(vehicles as u64, "vehicle")
     );
-    let found = vec![Finding::noted("messages", [messages.len() as f64, 0.0], text, "")];
+    let findings = vec![Finding::noted("messages", [messages.len() as f64, 0.0], text, "")];
     let (mut names, mut columns): (Vec<String>, Vec<ArrayRef>) = (Vec::new(), Vec::new());
-    for (name, of) in WORDS {
-        if messages.iter().any(|message| of(message).is_some()) {
+    for (name, word_of) in WORDS {
+        if messages.iter().any(|message| word_of(message).is_some()) {
             names.push(name.to_owned());
-            let words: StringArray = messages.iter().map(of).collect();
+            let words: StringArray = messages.iter().map(word_of).collect();
             columns.push(Arc::new(words));
         }
     }
-    for (name, of) in NUMBERS {
-        if messages.iter().any(|message| of(message).is_some()) {
+    for (name, number_of) in NUMBERS {
+        if messages.iter().any(|message| number_of(message).is_some()) {
             names.push(name.to_owned());
-            let numbers: Float64Array = messages.iter().map(of).collect();
+            let numbers: Float64Array = messages.iter().map(number_of).collect();
             columns.push(Arc::new(numbers));
         }
     }
     let table = GivenTable::export(&path.to_string_lossy(), names, vec![columns]);
-    Ok(Content::Columns(table, found))
+    Ok(Content::Columns(table, findings))
 }

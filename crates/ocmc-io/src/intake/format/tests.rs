@@ -126,9 +126,9 @@ fn messages_of_rfms_stand_by_vehicle_and_time() {
 fn a_schedule_of_the_epa_keeps_its_lines() {
     let text = "UDDS.TXT\tUrban Dynamometer Driving Schedule\nTest Time, secs Target Speed, mph\n\
                 0\t0\n1\t3.5\n";
-    let Ok(Content::Cells(cells, found)) = content(text.as_bytes()) else { panic!("no cells") };
+    let Ok(Content::Cells(cells, findings)) = content(text.as_bytes()) else { panic!("no cells") };
     assert_eq!(cells, "\ntime_s,speed_mph\n0,0\n1,3.5\n");
-    assert!(found[0].text.contains("Urban Dynamometer"));
+    assert!(findings[0].text.contains("Urban Dynamometer"));
 }
 
 #[test]
@@ -180,9 +180,9 @@ fn weather_is_read_out_of_the_archive_in_which_it_is_published() {
     let about = ("Metadaten_Geographie_00433.txt", "Stations_id;Stationshoehe\n433;48\n");
     let part = ("produkt_ff_stunde_20230101_20231231_00433.txt", series);
     match content(&archive(&[about, part])) {
-        Ok(Content::Cells(text, found)) => {
+        Ok(Content::Cells(text, findings)) => {
             assert_eq!(text, series);
-            assert!(found[0].text.contains(part.0), "{}", found[0]);
+            assert!(findings[0].text.contains(part.0), "{}", findings[0]);
         }
         _ => panic!("no cells"),
     }

@@ -27,10 +27,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Option<Content>, String> {
     let read = archive.by_name(name).map_err(broken)?.read_to_end(&mut part);
     read.map_err(|error| format!("cannot be expanded: {error}"))?;
     let text = format!("`{name}` of the archive: the other parts are left out");
-    let found = vec![Finding::noted("archive", [1.0, 0.0], text, "")];
+    let findings = vec![Finding::noted("archive", [1.0, 0.0], text, "")];
     let text = text_of(&part);
     let text = if is_epw(name) { epw::as_table(&text) } else { text };
-    Ok(Some(Content::Cells(text, found)))
+    Ok(Some(Content::Cells(text, findings)))
 }
 
 fn is_weather(name: &str) -> bool {

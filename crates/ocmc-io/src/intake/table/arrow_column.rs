@@ -203,9 +203,9 @@ mod tests {
         ];
         for (column, last) in cases {
             assert!(is_number(column.data_type()));
-            let found = numbers(&column).expect("numbers");
+            let values = numbers(&column).expect("numbers");
             let wanted = Float64Array::from(vec![Some(1.25), None, Some(last)]);
-            assert_eq!(found, wanted, "{}", column.data_type());
+            assert_eq!(values, wanted, "{}", column.data_type());
         }
         let integers = Int32Array::from(vec![Some(i32::MIN), None, Some(3)]);
         let wanted = Float64Array::from(vec![Some(-2_147_483_648.0), None, Some(3.0)]);

@@ -180,10 +180,13 @@ mod tests {
     fn zones_tell_the_instant_and_their_standard_time() {
         let berlin = zone("Europe/Berlin").unwrap();
         let utc = |text: &str| parse(text).unwrap().0;
-        let of = |text: &str| instants(&berlin, utc(text)).unwrap();
-        assert_eq!(of("2024-07-01T14:00"), [utc("2024-07-01T12:00"); 2]);
-        assert_eq!(of("2024-01-01T14:00"), [utc("2024-01-01T13:00"); 2]);
-        assert_eq!(of("2024-10-27T02:30"), [utc("2024-10-27T00:30"), utc("2024-10-27T01:30")]);
+        let instants_of = |text: &str| instants(&berlin, utc(text)).unwrap();
+        assert_eq!(instants_of("2024-07-01T14:00"), [utc("2024-07-01T12:00"); 2]);
+        assert_eq!(instants_of("2024-01-01T14:00"), [utc("2024-01-01T13:00"); 2]);
+        assert_eq!(
+            instants_of("2024-10-27T02:30"),
+            [utc("2024-10-27T00:30"), utc("2024-10-27T01:30")]
+        );
         assert_eq!(standard_offset_s(&berlin, utc("2024-07-01T14:00")), 3600.0);
         assert_eq!(
             standard_offset_s(&zone("Europe/Dublin").unwrap(), utc("2024-07-01T14:00")),

@@ -197,9 +197,9 @@ mod tests {
     #[test]
     fn other_numbers_become_numbers_and_nulls_nan() {
         let integers: ArrayRef = Arc::new(Int32Array::from(vec![Some(1), None, Some(3)]));
-        let found = numbers(&[integers]);
-        assert_eq!((found.value(0), found.value(2), found.null_count()), (1.0, 3.0, 0));
-        assert!(found.value(1).is_nan());
+        let values = numbers(&[integers]);
+        assert_eq!((values.value(0), values.value(2), values.null_count()), (1.0, 3.0, 0));
+        assert!(values.value(1).is_nan());
     }
 
     #[test]

@@ -110,8 +110,8 @@ impl Table {
     /// # Errors
     /// [`Fault::Missing`]; `what` is what is missing, in words.
     pub fn need_any(&self, what: &str, any_of: &[Quantity]) -> Result<Column, TableError> {
-        let found = any_of.iter().find_map(|quantity| self.column(*quantity));
-        found.ok_or_else(|| self.missing(what, any_of))
+        let column = any_of.iter().find_map(|quantity| self.column(*quantity));
+        column.ok_or_else(|| self.missing(what, any_of))
     }
 
     /// The column of the one of these quantities that is there.
@@ -119,8 +119,8 @@ impl Table {
     /// # Errors
     /// [`Fault::Ambiguous`] where there are two of them.
     pub fn one_of(&self, any_of: &[Quantity]) -> Result<Option<Column>, TableError> {
-        let mut found = any_of.iter().filter_map(|quantity| self.column(*quantity));
-        match (found.next(), found.next()) {
+        let mut columns = any_of.iter().filter_map(|quantity| self.column(*quantity));
+        match (columns.next(), columns.next()) {
             (Some(one), Some(other)) => Err(ambiguous(&self.path, &self.names, [one, other])),
             (one, _) => Ok(one),
         }

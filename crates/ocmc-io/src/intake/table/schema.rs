@@ -200,14 +200,14 @@ impl Schema {
         header: &[String],
         mappings: &[Mapping],
     ) -> Result<Vec<Column>, TableError> {
-        let mut found: Vec<Column> = Vec::new();
+        let mut columns: Vec<Column> = Vec::new();
         let has_pause = self.of(Quantity::Pause).is_some();
         for mapping in mappings.iter().filter(|mapping| !(has_pause && mapping.is_pause())) {
             let column = mapping.column(self, path, header)?;
-            if let Some(other) = found.iter().find(|other| other.quantity == column.quantity) {
+            if let Some(other) = columns.iter().find(|other| other.quantity == column.quantity) {
                 return Err(ambiguous(path, header, [*other, column]));
             }
-            found.push(column);
+            columns.push(column);
         }
         let mut named: Vec<(Column, Rank)> = Vec::new();
         for (place, name) in dwd::names(header).enumerate() {
@@ -217,7 +217,7 @@ impl Schema {
             }
         }
         for (column, _) in &named {
-            if found.iter().any(|other| other.quantity == column.quantity) {
+            if columns.iter().any(|other| other.quantity == column.quantity) {
                 continue;
             }
             let same = named.iter().filter(|(other, _)| other.quantity == column.quantity);
@@ -226,10 +226,10 @@ impl Schema {
                 same.filter(|(_, rank)| Some(rank) == best).map(|(column, _)| *column);
             match (fitting.next(), fitting.next()) {
                 (Some(one), Some(other)) => return Err(ambiguous(path, header, [one, other])),
-                (one, _) => found.extend(one),
+                (one, _) => columns.extend(one),
             }
         }
-        Ok(found)
+        Ok(columns)
     }
 
     /// Quantity and unit by the name of a column.

@@ -40,8 +40,8 @@ impl Unit {
 
     /// Whether numbers mean the same in both.
     pub fn is_same(&self, other: &Self) -> bool {
-        let of = |unit: &Self| (unit.factor, unit.offset, unit.scale);
-        of(self) == of(other)
+        let conversion = |unit: &Self| (unit.factor, unit.offset, unit.scale);
+        conversion(self) == conversion(other)
     }
 
     /// A number of it in SI.
