@@ -28,8 +28,11 @@ def faults(slow):
     Without the program none runs.
     """
     commands = tomllib.loads(LIST.read_text(encoding="utf-8"))
-    texts = {page: _text(ROOT / page) for page in commands["given"]}
-    found = [fault for page in texts for fault in _unlisted(page, texts[page], commands)]
+    pages = {*commands["given"], *(command["page"] for command in commands["command"])}
+    texts = {page: _text(ROOT / page) for page in sorted(pages)}
+    found = [
+        fault for page in commands["given"] for fault in _unlisted(page, texts[page], commands)
+    ]
     runs = [command for command in commands["command"] if command["run"].startswith("ocmc")]
     runs = (
         [command for command in runs if slow or "slow" not in command]
