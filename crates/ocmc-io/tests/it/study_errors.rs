@@ -52,15 +52,19 @@ fn a_key_that_moved_says_where_to() {
 
 #[test]
 fn a_motor_that_its_battery_cannot_turn_is_refused() {
-    let weak = |power_w: f64| {
-        let key = "vehicle.powertrain.battery_electric.battery.discharge_power_w";
-        format!("study.base = \"battery-truck\"\n{key} = {power_w:?}\n")
+    // U²/4R of 401 V; without a torque the motor takes 7.3 kW at most
+    let weak = |resistance_ohm: f64| {
+        let battery = "[vehicle.powertrain.battery_electric.battery]";
+        let voltages = "empty_voltage_v = 400.0\nfull_voltage_v = 410.0";
+        format!(
+            "study.base = \"battery-truck\"\n{battery}\n{voltages}\n\
+             resistance_ohm = {resistance_ohm:?}\n"
+        )
     };
-    // without a torque its motor takes 7.3 kW at most
-    let error = error_of(&weak(7200.0)).to_string();
+    let error = error_of(&weak(10.0)).to_string();
     let place = "`vehicle.powertrain.battery_electric.motor.map_loss_w` is 7300";
-    assert!(error.contains(place) && error.contains("below 7200 without a torque"), "{error}");
-    assert!(study::load_text::<&str>("mine.toml", &weak(7400.0), &[]).is_ok());
+    assert!(error.contains(place) && error.contains("below 4020 without a torque"), "{error}");
+    assert!(study::load_text::<&str>("mine.toml", &weak(5.0), &[]).is_ok());
 }
 
 #[test]

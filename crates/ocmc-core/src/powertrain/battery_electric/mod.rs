@@ -113,7 +113,8 @@ impl ElectricModel {
     /// A motor that the battery can turn without a torque. What turned it otherwise would come from
     /// nowhere.
     fn validate_losses(&self, problems: &mut Problems) {
-        let mut battery = self.battery.aged();
+        // at any current, whatever the limit of its power
+        let mut battery = BatteryModel { discharge_power_w: f64::INFINITY, ..self.battery.aged() };
         let factors = battery.thermal.iter().flat_map(|thermal| &thermal.resistance_factor);
         battery.resistance_ohm *= factors.flatten().copied().reduce(f64::max).unwrap_or(1.0);
         let most_w = battery.discharge_limit_w(battery.minimum_charge);
