@@ -79,7 +79,7 @@ PHYSICS = [
     ),
     Mutation(
         "no bound of tyre grip on the brake",
-        "{{(control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP])}},",
+        "{{(control.braking * parameters.brake_mps2).at_most(row[RoadRow::GRIP])}},",
         "(control.braking * parameters.brake_mps2)",
         "it forces::",
     ),
@@ -121,7 +121,7 @@ PHYSICS = [
     ),
     Mutation(
         "half of the engine brake",
-        "engine_brake: demand.brake.min({{engine_speed * state.engine_brake}}),",
+        "engine_brake: demand.brake.at_most({{engine_speed * state.engine_brake}}),",
         "engine_speed * state.engine_brake * 0.5",
         "it forces::",
     ),
@@ -133,14 +133,14 @@ PHYSICS = [
     ),
     Mutation(
         "the cross-wind increment beyond its largest angle",
-        "let t = {{tangent.min(self.maximum_tangent)}};",
+        "let t = {{tangent.at_most(self.maximum_tangent)}};",
         "tangent",
         "it forces::",
     ),
     Mutation(
         "gearbox loss with the sign of the torque",
-        "let gearbox_nm = loss_share * torque_nm{{.abs()}}.max(self.floor_nm) + turning_nm;",
-        "",
+        "let gearbox_nm = loss_share * {{torque_nm.abs()}}.at_least(self.floor_nm) + turning_nm;",
+        "torque_nm",
         "core gearbox::tests",
     ),
     Mutation(
@@ -175,7 +175,7 @@ PHYSICS = [
     ),
     Mutation(
         "a slipping clutch brakes the wheels",
-        "let gearbox_torque = coupling.closed.select(driving, {{driving.max(0.0)}});",
+        "let gearbox_torque = coupling.closed.select(driving, {{driving.at_least(0.0)}});",
         "driving",
         "it closed_loop::launch",
     ),
@@ -205,14 +205,14 @@ PHYSICS = [
     ),
     Mutation(
         "a held brake is not released",
-        "error.simd_lt(0.0).select(held, {{held.max(constants.lowest_held)}});",
+        "error.simd_lt(0.0).select(held, {{held.at_least(constants.lowest_held)}});",
         "held",
         "it closed_loop::held_throttle",
     ),
     Mutation(
         "fuel is not cut in overrun",
-        "map.max(0.0) * {{overrun.max(0.0)}}",
-        "overrun.max(0.5)",
+        "map.at_least(0.0) * {{overrun.at_least(0.0)}}",
+        "overrun.at_least(0.5)",
         "core engine::tests",
     ),
     Mutation(
