@@ -40,6 +40,7 @@ MESSAGES = re.compile(
     r"\b(?:format|write|writeln|print|println|eprintln|panic|assert|assert_eq|assert_ne|debug_assert"
     r"|debug_assert_eq|unreachable|json|concat)!\s*(?=[(\[{])"
 )
+CHOSEN_TEXT = re.compile(r'\bif\b[^{};]*\{\s*"[^"]*"\s*\}')
 SAID = re.compile(
     r"fmt|serialize|deserialize|json_schema|schema|\w*text|message|\w*report|page|default|expecting"
 )
@@ -107,6 +108,7 @@ class Body:
     def __init__(self, code, start, end):
         """Leaves out messages and constants."""
         blanks = [(m.start(), closing(code, m.end())) for m in MESSAGES.finditer(code, start, end)]
+        blanks += [m.span() for m in CHOSEN_TEXT.finditer(code, start, end)]
         blanks += [m.span() for m in re.compile(r"\b(?:const|static) [^;]*;").finditer(code, start, end)]
         self.code = blanked(code, blanks)
         self.tokens = [(m[0], *m.span(), m.lastgroup) for m in TOKEN.finditer(self.code, start, end)]
