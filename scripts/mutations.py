@@ -14,8 +14,8 @@ do not, all others run.
 
 `--draw` draws as many changes from the code of each of SUBJECTS: a site uniformly, then one of its
 changes. One that does not compile is drawn again. The tests beside the changed code run first, then those
-of its subject, then the rest of its crate and of `tests/it`. A test that has not ended after five times
-what it takes without a change has noticed it.
+of its subject; at the end, for what they have not noticed, the rest of its crate and of `tests/it`. A test
+that has not ended after five times what it takes without a change has noticed it.
 
 The code of a row must occur exactly once in the sources (white space does not matter, tests beside the
 code do not count), or the script stops: a row whose code was renamed is to be mended.
@@ -24,6 +24,7 @@ code do not count), or the script stops: a row whose code was renamed is to be m
 import argparse
 import contextlib
 import dataclasses
+import functools
 import json
 import os
 import random
@@ -704,17 +705,19 @@ class Drawn:
         crate = Path(self.file).parts[1]
         return [name for name, (package, _) in EXECUTABLES.items() if package == crate]
 
-    def stages(self):
-        """Which tests run, in which order: (executable, filters)."""
-        library, *others = self.executables()
+    def beside(self):
+        """Yield the tests beside its code, then those of its subject: (executable, filters)."""
+        library, *_ = self.executables()
         inside = Path(self.file).relative_to(Path(*Path(self.file).parts[:3])).with_suffix("")
         module = "::".join(part for part in inside.parts if part != "mod") + "::"
         yield library, [module]
         for part in SUBJECTS[self.subject].tests.split(";"):
             name, *filters = part.split()
             yield name, filters
-        for name in (library, *others, "it"):
-            yield name, []
+
+    def others(self):
+        """Name all tests of its crate, and those of the root."""
+        return [(name, []) for name in (*self.executables(), "it")]
 
 
 def stream(root, name, seed):
@@ -940,9 +943,9 @@ class Search:
             sys.exit(f"without a change these fail in {name} {filters}: {failed}")
         return time.monotonic() - begin
 
-    def noticed_by(self, number, one):
+    def noticed_by(self, number, stages):
         """Find the first test that notices a change, with its executable; none where it is empty."""
-        for name, filters in one.stages():
+        for name, filters in stages:
             key = " ".join([name, *filters])
             takes_s = self.once(key, lambda name=name, filters=filters: self.takes_s(name, filters))
             limit_s = LEAST_LIMIT_S + 5 * takes_s
@@ -966,15 +969,20 @@ def draw_and_report(arguments, root, target):
     executables = build(root, target)
     check_names(executables, {name: subject.tests for name, subject in SUBJECTS.items()})
     search = Search(executables, arguments.progress)
-    print("| # | subject | place | change | noticed by |\n|---|---|---|---|---|", flush=True)
-    noticed = 0
     numbers = arguments.numbers or range(1, len(drawn) + 1)
-    for number in numbers:
-        one = drawn[number - 1]
-        by = search.once(str(number), lambda number=number, one=one: search.noticed_by(number, one))
-        noticed += bool(by)
-        shown = f"`{by}`" if by else "UNNOTICED"
-        print(f"| {number} | {one.subject} | {one.file}:{one.line} | {one.what} | {shown} |", flush=True)
+    found = {}
+    print("| # | subject | place | change | noticed by |\n|---|---|---|---|---|", flush=True)
+    for kind, stages in (("beside", Drawn.beside), ("others", Drawn.others)):
+        for number in [number for number in numbers if not found.get(number)]:
+            one = drawn[number - 1]
+            tests = stages(one)
+            find = functools.partial(search.noticed_by, number, tests)
+            found[number] = search.once(f"{number} {kind}", find)
+            if found[number] or kind == "others":
+                by = f"`{found[number]}`" if found[number] else "UNNOTICED"
+                place = f"{one.file}:{one.line}"
+                print(f"| {number} | {one.subject} | {place} | {one.what} | {by} |", flush=True)
+    noticed = sum(map(bool, found.values()))
     print(f"\n{noticed} of {len(numbers)} noticed ({noticed / len(numbers):.0%}).")
 
 
