@@ -706,11 +706,19 @@ class Drawn:
         return [name for name, (package, _) in EXECUTABLES.items() if package == crate]
 
     def beside(self):
-        """Yield the tests beside its code, then those of its subject: (executable, filters)."""
+        """Yield the tests beside its code, then those of its subject in the crates."""
         library, *_ = self.executables()
         inside = Path(self.file).relative_to(Path(*Path(self.file).parts[:3])).with_suffix("")
         module = "::".join(part for part in inside.parts if part != "mod") + "::"
         yield library, [module]
+        yield from (stage for stage in self.named() if stage[0] != "it")
+
+    def of_subject(self):
+        """List those of its subject in the root, which take longer."""
+        return [stage for stage in self.named() if stage[0] == "it"]
+
+    def named(self):
+        """Yield the tests that are named for its subject: (executable, filters)."""
         for part in SUBJECTS[self.subject].tests.split(";"):
             name, *filters = part.split()
             yield name, filters
@@ -972,13 +980,12 @@ def draw_and_report(arguments, root, target):
     numbers = arguments.numbers or range(1, len(drawn) + 1)
     found = {}
     print("| # | subject | place | change | noticed by |\n|---|---|---|---|---|", flush=True)
-    for kind, stages in (("beside", Drawn.beside), ("others", Drawn.others)):
+    for stages in (Drawn.beside, Drawn.of_subject, Drawn.others):
         for number in [number for number in numbers if not found.get(number)]:
             one = drawn[number - 1]
-            tests = stages(one)
-            find = functools.partial(search.noticed_by, number, tests)
-            found[number] = search.once(f"{number} {kind}", find)
-            if found[number] or kind == "others":
+            find = functools.partial(search.noticed_by, number, stages(one))
+            found[number] = search.once(f"{number} {stages.__name__}", find)
+            if found[number] or stages is Drawn.others:
                 by = f"`{found[number]}`" if found[number] else "UNNOTICED"
                 place = f"{one.file}:{one.line}"
                 print(f"| {number} | {one.subject} | {place} | {one.what} | {by} |", flush=True)
