@@ -4,23 +4,35 @@
     scripts/mutations.py            all of them, a table on standard output
     scripts/mutations.py 3 17      these two
     scripts/mutations.py --list     what would be changed, nothing is built
+    scripts/mutations.py --draw 60 --seed 1     changes that nobody chose
 
 Each row of MUTATIONS is one change. The tree is copied to a temporary folder, all changes are
-written into it at once, each behind `if mutant(number)`, and compiled once; then the tests run with
-one change turned on at a time by an environment variable. Tests of value stability, which notice
-that anything changed, are left out. The tests named in a row are those that should notice it on
-principle; where they do not, all others run.
+written into it at once, each behind `if mutant(number)`, and compiled once; then the tests run
+with one change turned on at a time by an environment variable. Tests of value stability, which
+notice that anything changed, are left out. The tests named in a row are those that should notice
+it on principle; where they do not, all others run.
+
+`--draw` draws as many changes from the code of each of SUBJECTS: a site uniformly, then one of its
+changes. One that does not compile is drawn again. The tests beside the changed code run first,
+then those of its subject; at the end, for what they have not noticed, the rest of its crate and of
+`tests/it`. A test that has not ended after five times what it takes without a change has noticed
+it.
 
 The code of a row must occur exactly once in the sources (white space does not matter, tests beside
 the code do not count), or the script stops: a row whose code was renamed is to be mended.
 """
 
 import argparse
+import contextlib
 import dataclasses
+import functools
 import json
 import os
+import random
 import re
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -28,9 +40,13 @@ import threading
 import time
 from pathlib import Path
 
+from mutation_sites import closing, code_only, sites
+
 VARIABLE = "OCMC_MUTANT"
 SKIPPED = "value_stability"
 LIMIT_S = 900
+LEAST_LIMIT_S = 60
+MOST_BYTES = 12 << 30  # of memory, of a test
 
 
 @dataclasses.dataclass
@@ -43,7 +59,8 @@ class Mutation:
     tests: str  # "EXECUTABLE FILTER..." separated by ";", the executables as in EXECUTABLES
 
 
-# ----------------------------------------------------------------------------------------- the list
+# ------------------------------------------------------------------------------------------ the
+# list
 PHYSICS = [
     Mutation(
         "empty cells of a fuel map: the row's mean slope in place of its last",
@@ -59,14 +76,14 @@ PHYSICS = [
     ),
     Mutation(
         "the battery's limit without auxiliaries, where it is looked for",
-        "let drawn = {{speed * torque + self.motor.losses_w(speed, torque) + "
-        "state.auxiliary_power}};",
+        "let drawn = "
+        "{{speed * torque + self.motor.losses_w(speed, torque) + state.auxiliary_power}};",
         "speed * torque + self.motor.losses_w(speed, torque)",
         "it electric::motor_and_auxiliaries",
     ),
     Mutation(
         "no bound of tyre grip on the brake",
-        "{{(control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP])}},",
+        "{{(control.braking * parameters.brake_mps2).at_most(row[RoadRow::GRIP])}},",
         "(control.braking * parameters.brake_mps2)",
         "it forces::",
     ),
@@ -109,7 +126,7 @@ PHYSICS = [
     ),
     Mutation(
         "half of the engine brake",
-        "engine_brake: demand.brake.min({{engine_speed * state.engine_brake}}),",
+        "engine_brake: demand.brake.at_most({{engine_speed * state.engine_brake}}),",
         "engine_speed * state.engine_brake * 0.5",
         "it forces::",
     ),
@@ -121,14 +138,14 @@ PHYSICS = [
     ),
     Mutation(
         "the cross-wind increment beyond its largest angle",
-        "let t = {{tangent.min(self.maximum_tangent)}};",
+        "let t = {{tangent.at_most(self.maximum_tangent)}};",
         "tangent",
         "it forces::",
     ),
     Mutation(
         "gearbox loss with the sign of the torque",
-        "let gearbox_nm = loss_share * torque_nm{{.abs()}}.max(self.floor_nm) + turning_nm;",
-        "",
+        "let gearbox_nm = loss_share * {{torque_nm.abs()}}.at_least(self.floor_nm) + turning_nm;",
+        "torque_nm",
         "core gearbox::tests",
     ),
     Mutation(
@@ -163,7 +180,7 @@ PHYSICS = [
     ),
     Mutation(
         "a slipping clutch brakes the wheels",
-        "let gearbox_torque = coupling.closed.select(driving, {{driving.max(0.0)}});",
+        "let gearbox_torque = coupling.closed.select(driving, {{driving.at_least(0.0)}});",
         "driving",
         "it closed_loop::launch",
     ),
@@ -193,14 +210,14 @@ PHYSICS = [
     ),
     Mutation(
         "a held brake is not released",
-        "error.simd_lt(0.0).select(held, {{held.max(constants.lowest_held)}});",
+        "error.simd_lt(0.0).select(held, {{held.at_least(constants.lowest_held)}});",
         "held",
         "it closed_loop::held_throttle",
     ),
     Mutation(
         "fuel is not cut in overrun",
-        "map.max(0.0) * {{overrun.max(0.0)}}",
-        "overrun.max(0.5)",
+        "map.at_least(0.0) * {{overrun.at_least(0.0)}}",
+        "overrun.at_least(0.5)",
         "core engine::tests",
     ),
     Mutation(
@@ -258,8 +275,8 @@ PLANNING = [
     ),
     Mutation(
         "the clock that traffic and weather go by does not wait at stops",
-        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}}, Change::Speed { "
-        "section: s",
+        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}}, "
+        "Change::Speed { section: s",
         "&0.0",
         "it free_flow_clock::",
     ),
@@ -388,8 +405,8 @@ SAMPLING = [
     ),
     Mutation(
         "stretches of road are longer by their smallest length",
-        "let sojourn = minimum + {{(self.mean_length_m[road_type] - minimum)}} * "
-        "draws.exponential();",
+        "let sojourn = minimum + "
+        "{{(self.mean_length_m[road_type] - minimum)}} * draws.exponential();",
         "(self.mean_length_m[road_type])",
         "core road_type::tests; core-it sampled::road",
     ),
@@ -446,7 +463,7 @@ STATISTICS = [
     ),
     Mutation(
         "residuals of a comparison as if all distances were one metre",
-        "(row.y - ratio * row.x) / {{(x / n)}});",
+        "(contribution.y - ratio * contribution.x) / {{(x / n)}}",
         "(n / n)",
         "core comparison::tests",
     ),
@@ -506,8 +523,8 @@ STATISTICS = [
     ),
     Mutation(
         "radius of a detected curve from all of its cells",
-        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}}; (turn > 0.0).then(|| inner / "
-        "turn)",
+        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}}; "
+        "(turn > 0.0).then(|| inner / turn)",
         "grid.curvature_per_m[run.first..run.end].iter().sum::<f64>()",
         "estimation-it curve_detection::",
     ),
@@ -515,8 +532,79 @@ STATISTICS = [
 
 MUTATIONS = PHYSICS + PLANNING + SAMPLING + STATISTICS
 
-# --------------------------------------------------------------------------------------- the script
-# package and target of cargo, in the order in which all tests of a change run
+
+# --------------------------------------------------------------------------------- what is drawn
+# from
+@dataclasses.dataclass
+class Subject:
+    """An answer: files, the word that its functions hold, and its tests, as in `Mutation`."""
+
+    files: str
+    tests: str
+    word: str = ""
+
+
+CORE, FLEET, ESTIMATION, IO, API = (
+    f"crates/ocmc-{name}/src" for name in ("core", "fleet", "estimation", "io", "api")
+)
+SUBJECTS = {
+    "charging": Subject(
+        f"{CORE}/charging/*.rs {CORE}/kernel/trip/charging_*.rs"
+        f" {FLEET}/charging.rs {FLEET}/load.rs {FLEET}/truck_arrivals.rs",
+        "core charging:: kernel::trip::; fleet charging:: load:: truck_arrivals::;"
+        " it charging:: charging_decision:: charging_limits:: loads::",
+    ),
+    "rest": Subject(
+        f"{CORE}/rest/*.rs {CORE}/kernel/trip/rest_*.rs",
+        "core-it rest::; core kernel::trip::; it rest:: chain::",
+    ),
+    "chain": Subject(
+        f"{CORE}/kernel/**/*.rs {CORE}/study/*.rs {FLEET}/run.rs",
+        "core kernel::; it chain:: rest:: charging::",
+        r"\b[Hh]andover\b|\bchained?_|_chained?\b|\bchains\b",
+    ),
+    "cost": Subject(
+        f"{CORE}/cost/*.rs {FLEET}/cost.rs {FLEET}/cost_difference.rs {API}/cost.rs",
+        "fleet-it cost::; it cost:: mixed_fleet::",
+    ),
+    "range": Subject(
+        f"{FLEET}/range.rs {FLEET}/kaplan_meier.rs {API}/range.rs",
+        "fleet range:: kaplan_meier::; it range::",
+    ),
+    "truck-years": Subject(
+        f"{FLEET}/truck_year.rs {FLEET}/truck_column.rs",
+        "fleet truck_year::; it fleet_nesting:: fleet_answers:: cost:: mixed_fleet::",
+    ),
+    "calibration": Subject(
+        f"{ESTIMATION}/calibration/**/*.rs {API}/calibrate_totals/*.rs {API}/totals_rows.rs"
+        f" {API}/fit/calibrate.rs",
+        "estimation calibration::; api calibrate_totals::; "
+        "it calibration:: calibrate_totals:: learn::",
+    ),
+    "carriers": Subject(
+        f"{CORE}/**/*.rs {FLEET}/*.rs {IO}/fleet_total.rs {IO}/part_table.rs {IO}/trip_totals.rs"
+        f" {API}/totals_rows.rs",
+        "core powertrain::; fleet quantity:: truck_year::;"
+        " it fuel_cell:: parts:: energy_balance:: electric:: fleet_answers::",
+        r"(?i)carrier",
+    ),
+    "intake": Subject(
+        f"{IO}/intake/**/*.rs",
+        "io intake::; io-it table; "
+        "it intake:: logs:: small_faults:: signals:: given_cycles:: stop_plans::"
+        " workbook:: mistakes:: odd_inputs:: bad_input::",
+    ),
+    "adjusted means": Subject(
+        f"{FLEET}/adjustment.rs {FLEET}/outline_sample.rs {CORE}/study/outline.rs",
+        "it adjusted_means:: sweep:: fleet_answers::",
+    ),
+}
+# files that print, say or name
+SAYING = {"text.rs", "page.rs", "error.rs", "files.rs", "finding.rs", "words.rs"}
+
+
+# ----------------------------------------------------------------------------------------- the
+# script package and target of cargo, in the order in which all tests of a change run
 EXECUTABLES = {
     "core": ("ocmc-core", "lib"),
     "core-it": ("ocmc-core", "test"),
@@ -524,7 +612,10 @@ EXECUTABLES = {
     "fleet-it": ("ocmc-fleet", "test"),
     "estimation": ("ocmc-estimation", "lib"),
     "estimation-it": ("ocmc-estimation", "test"),
+    "io": ("ocmc-io", "lib"),
+    "io-it": ("ocmc-io", "test"),
     "vecto": ("ocmc-vecto", "lib"),
+    "api": ("ocmc-api", "lib"),
     "it": ("ocmc", "test"),
 }
 
@@ -589,28 +680,140 @@ def locate(root):
     return places
 
 
-def write(root, places):
-    """Write all changes into the sources, each behind its number."""
+def write(root, changes):
+    """Write all changes (file, place, new text) into the sources, each behind its number."""
     by_file = {}
-    for number, (path, span) in enumerate(places, 1):
-        by_file.setdefault(path, []).append((span, number))
-    for path, changes in by_file.items():
+    for number, (path, span, new) in enumerate(changes, 1):
+        by_file.setdefault(path, []).append((span, number, new))
+    for path, here in by_file.items():
         text = path.read_text()
         # inner changes of an expression before the outer one: from the back, the shorter one first
-        changes.sort(key=lambda change: (-change[0][0], change[0][1]))
-        for k, ((start, end), number) in enumerate(changes):
+        here.sort(key=lambda change: (-change[0][0], change[0][1]))
+        for k, ((start, end), number, new) in enumerate(here):
             crate = "crate" if "ocmc-core" in path.parts else "ocmc_core"
-            new = MUTATIONS[number - 1].new
             old = text[start:end]
             both = f"(if {crate}::mutant({number}) {{ {new} }} else {{ {old} }})"
             text = text[:start] + both + text[end:]
             grown = len(both) - len(old)
-            changes[k + 1 :] = [
-                ((a, b + grown if b >= end else b), other) for (a, b), other in changes[k + 1 :]
+            here[k + 1 :] = [
+                ((a, b + grown if b >= end else b), *other) for (a, b), *other in here[k + 1 :]
             ]
         path.write_text(text)
     lib = root / "crates/ocmc-core/src/lib.rs"
     lib.write_text(lib.read_text() + SWITCH)
+
+
+@dataclasses.dataclass
+class Drawn:
+    """One change that was drawn."""
+
+    subject: str
+    file: str
+    line: int
+    what: str
+    span: tuple
+    new: str
+
+    def executables(self):
+        """Name the executables of its crate's tests, that of the library first."""
+        crate = Path(self.file).parts[1]
+        return [name for name, (package, _) in EXECUTABLES.items() if package == crate]
+
+    def beside(self):
+        """Yield the tests beside its code, then those of its subject in the crates."""
+        library, *_ = self.executables()
+        inside = Path(self.file).relative_to(Path(*Path(self.file).parts[:3])).with_suffix("")
+        module = "::".join(part for part in inside.parts if part != "mod") + "::"
+        yield library, [module]
+        yield from (stage for stage in self.named() if stage[0] != "it")
+
+    def of_subject(self):
+        """List those of its subject in the root, which take longer."""
+        return [stage for stage in self.named() if stage[0] == "it"]
+
+    def named(self):
+        """Yield the tests that are named for its subject: (executable, filters)."""
+        for part in SUBJECTS[self.subject].tests.split(";"):
+            name, *filters = part.split()
+            yield name, filters
+
+    def others(self):
+        """Name all tests of its crate, and those of the root."""
+        return [(name, []) for name in (*self.executables(), "it")]
+
+
+def stream(root, name, seed):
+    """Draw changes of a subject, one a site, until all of its sites are used up."""
+    subject = SUBJECTS[name]
+    texts = dict(sources(root))
+    files = {path for pattern in subject.files.split() for path in root.glob(pattern)}
+    found = [
+        (path, site)
+        for path in sorted(files)
+        if path.name not in SAYING
+        for site in sites(texts[path], subject.word)
+    ]
+    draws = random.Random(f"{seed} {name}")  # noqa: S311 (nothing secret)
+    draws.shuffle(found)
+    for path, site in found:
+        what, span, new = draws.choice(site.changes)
+        yield Drawn(name, str(path.relative_to(root)), site.line, what, span, new)
+
+
+def draw(root, target, count, seed):
+    """Draw changes that compile, and write them into a copy of the tree."""
+    streams = [stream(root, name, seed) for name in SUBJECTS]
+    drawn = [next(streams[k % len(streams)]) for k in range(count)]
+    originals = {path: path.read_text() for path in root.glob("crates/*/src/**/*.rs")}
+    while True:
+        for path, text in originals.items():
+            if path.read_text() != text:
+                path.write_text(text)
+        write(root, [(root / one.file, one.span, one.new) for one in drawn])
+        faulty = do_not_compile(root, target)
+        if not faulty:
+            return drawn
+        for number in sorted(faulty):
+            print(
+                f"{number} does not compile: {drawn[number - 1].what}", file=sys.stderr, flush=True
+            )
+            drawn[number - 1] = next(streams[(number - 1) % len(streams)])
+
+
+def do_not_compile(root, target):
+    """Numbers of the changes in which the compiler finds an error."""
+    environment = os.environ | {"CARGO_TARGET_DIR": str(target)}
+    command = ["cargo", "check", "--release", "--workspace", "--lib", "--locked", "--keep-going"]
+    command += ["--exclude", "ocmc-py", "--exclude", "ocmc-tab", "--message-format=json"]
+    checked = subprocess.run(command, cwd=root, env=environment, capture_output=True, check=False)
+    if checked.returncode == 0:
+        return set()
+    faulty, rendered = set(), []
+    for line in checked.stdout.decode().splitlines():
+        message = json.loads(line).get("message") or {}
+        if message.get("level") == "error":
+            rendered.append(message["rendered"])
+            at = [
+                (root / s["file_name"], s["line_start"], s["column_start"])
+                for s in message["spans"]
+            ]
+            faulty |= {number for place in at if (number := innermost(*place))}
+    return faulty or sys.exit("\n".join(rendered) or checked.stderr.decode())
+
+
+def innermost(path, line, column):
+    """Find the number of the innermost change around a place."""
+    if "crates" not in path.parts:
+        return None
+    text = path.read_text()
+    place = sum(len(row) for row in text.splitlines(keepends=True)[: line - 1]) + column - 1
+    code = code_only(text)
+    around = [
+        (match.start(), int(match[1]))
+        for match in re.finditer(r"\(if \w+::mutant\((\d+)\)", code)
+        if match.start() <= place < closing(code, match.start())
+    ]
+    return max(around)[1] if around else None
 
 
 def build(root, target):
@@ -644,15 +847,32 @@ def build(root, target):
     return found if not missing else sys.exit(f"no executable of {sorted(missing)}")
 
 
-def run(executable, filters, number):
+def bound_memory():
+    """Let no test take the machine's memory."""
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
+
+
+def run(executable, filters, number, limit_s=LIMIT_S):
     """Name of the first test that fails with a change turned on, as a list."""
     program, folder = executable
     command = [program, "--skip", SKIPPED, *filters]
     environment = os.environ | {VARIABLE: str(number)}
     tests = subprocess.Popen(
-        command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        command,
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        preexec_fn=bound_memory,  # noqa: PLW1509 (before any thread starts)
     )
-    clock = threading.Timer(LIMIT_S, tests.kill)
+
+    def end():
+        # the programs that the tests have started, too
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(tests.pid, signal.SIGKILL)
+
+    clock = threading.Timer(limit_s, end)
     clock.start()
     try:
         for line in tests.stdout:
@@ -663,24 +883,24 @@ def run(executable, filters, number):
         return [] if status == 0 else ["(aborted)" if clock.is_alive() else "(no end)"]
     finally:
         clock.cancel()
-        tests.kill()
+        end()
         tests.wait()
 
 
-def check_names(executables):
-    """Stop where a row names tests that are not there."""
+def check_names(executables, rows):
+    """Stop where a row, or a subject, names tests that are not there."""
     lists = {}
     for name, (program, folder) in executables.items():
         listed = subprocess.run([program, "--list"], cwd=folder, capture_output=True, check=True)
         lists[name] = re.findall(r"^(\S+): test$", listed.stdout.decode(), re.MULTILINE)
     faults = []
-    for number, mutation in enumerate(MUTATIONS, 1):
-        for part in mutation.tests.split(";"):
+    for row, tests in rows.items():
+        for part in tests.split(";"):
             name, *filters = part.split()
             missing = [
                 wanted for wanted in filters if not any(wanted in test for test in lists[name])
             ]
-            faults += [f"{number}: no test {wanted} in {name}" for wanted in missing]
+            faults += [f"{row}: no test {wanted} in {name}" for wanted in missing]
     if faults:
         sys.exit("these rows name tests that are not there:\n  " + "\n  ".join(faults))
 
@@ -702,30 +922,112 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("numbers", type=int, nargs="*", help="only these changes")
     parser.add_argument("--list", action="store_true", help="only say where they stand")
+    parser.add_argument(
+        "--draw", type=int, metavar="N", help="draw so many changes in place of the list"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="seed of the drawing; default: 1")
+    parser.add_argument(
+        "--progress", type=Path, help="file of what was found, from which a run goes on"
+    )
     parser.add_argument("--target", type=Path, help="where cargo builds; default: in the copy")
     parser.add_argument(
         "--copy", type=Path, help="where the tree is copied to; one that is there is used as it is"
     )
     arguments = parser.parse_args()
     here = Path(__file__).resolve().parents[1]
-    places = locate(here)
-    if arguments.list:
-        for number, (mutation, (path, _)) in enumerate(zip(MUTATIONS, places, strict=True), 1):
+    if arguments.list and not arguments.draw:
+        for number, (mutation, (path, _)) in enumerate(
+            zip(MUTATIONS, locate(here), strict=True), 1
+        ):
             print(f"{number:3} {path.relative_to(here)}: {mutation.what}")
         return
     with tempfile.TemporaryDirectory() as folder:
         root = (arguments.copy or Path(folder) / "ocmc").resolve()
+        target = (arguments.target or root / "target").resolve()
         os.environ.setdefault("OCMC_DATA", str(here.parent / "shared" / "data"))
-        if not (arguments.copy and root.exists()):
+        is_new = not (arguments.copy and root.exists())
+        if is_new:
             shutil.copytree(here, root, ignore=shutil.ignore_patterns("target", ".git"))
-            write(root, locate(root))
-        executables = build(root, arguments.target or root / "target")
-        check_names(executables)
+        if arguments.draw:
+            draw_and_report(arguments, root, target)
+            return
+        if is_new:
+            news = [mutation.new for mutation in MUTATIONS]
+            write(root, [(*place, new) for place, new in zip(locate(root), news, strict=True)])
+        executables = build(root, target)
+        check_names(executables, {number: row.tests for number, row in enumerate(MUTATIONS, 1)})
         if not arguments.numbers:
             for name, executable in executables.items():
                 if failed := run(executable, [], 0):
                     sys.exit(f"without a change these fail in {name}: {failed}")
         report(executables, arguments.numbers or range(1, len(MUTATIONS) + 1))
+
+
+class Search:
+    """Tests that notice drawn changes; what is found is kept in a file, from which it goes on."""
+
+    def __init__(self, executables, file):
+        """Read what is known from the file, if there is one."""
+        self.executables, self.file, self.known = executables, file, {}
+        if file and file.exists():
+            self.known = dict(json.loads(line) for line in file.read_text().splitlines())
+
+    def once(self, key, find):
+        """Return what is known under a key, or find it and keep it."""
+        if key not in self.known:
+            self.known[key] = find()
+            if self.file:
+                with self.file.open("a") as file:
+                    file.write(json.dumps([key, self.known[key]]) + "\n")
+        return self.known[key]
+
+    def takes_s(self, name, filters):
+        """How long tests take without a change."""
+        begin = time.monotonic()
+        if failed := run(self.executables[name], filters, 0):
+            sys.exit(f"without a change these fail in {name} {filters}: {failed}")
+        return time.monotonic() - begin
+
+    def noticed_by(self, number, stages):
+        """Find the first test that notices a change, with its executable; none where none is."""
+        for name, filters in stages:
+            key = " ".join([name, *filters])
+            takes_s = self.once(key, lambda name=name, filters=filters: self.takes_s(name, filters))
+            limit_s = LEAST_LIMIT_S + 5 * takes_s
+            if failed := run(self.executables[name], filters, number, limit_s):
+                return f"{name} {failed[0]}"
+        return ""
+
+
+def draw_and_report(arguments, root, target):
+    """Draw changes, or take those of the copy; run them, and print the table and the share."""
+    kept = root / "drawn.json"
+    if kept.exists():
+        drawn = [Drawn(**row) for row in json.loads(kept.read_text())]
+    else:
+        drawn = draw(root, target, arguments.draw, arguments.seed)
+        kept.write_text(json.dumps([dataclasses.asdict(one) for one in drawn]))
+    if arguments.list:
+        for number, one in enumerate(drawn, 1):
+            print(f"{number:3} {one.subject}: {one.file}:{one.line}: {one.what}")
+        return
+    executables = build(root, target)
+    check_names(executables, {name: subject.tests for name, subject in SUBJECTS.items()})
+    search = Search(executables, arguments.progress)
+    numbers = arguments.numbers or range(1, len(drawn) + 1)
+    found = {}
+    print("| # | subject | place | change | noticed by |\n|---|---|---|---|---|", flush=True)
+    for stages in (Drawn.beside, Drawn.of_subject, Drawn.others):
+        for number in [number for number in numbers if not found.get(number)]:
+            one = drawn[number - 1]
+            find = functools.partial(search.noticed_by, number, stages(one))
+            found[number] = search.once(f"{number} {stages.__name__}", find)
+            if found[number] or stages is Drawn.others:
+                by = f"`{found[number]}`" if found[number] else "UNNOTICED"
+                place = f"{one.file}:{one.line}"
+                print(f"| {number} | {one.subject} | {place} | {one.what} | {by} |", flush=True)
+    noticed = sum(map(bool, found.values()))
+    print(f"\n{noticed} of {len(numbers)} noticed ({noticed / len(numbers):.0%}).")
 
 
 def report(executables, numbers):

@@ -2,6 +2,7 @@
 
 use crate::common::{run, study};
 use ocmc_core::breakdown::Axis;
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::record::{COLUMNS, Record};
 
 const BOTH: &str = "simulation.columns_by=[\"road_type\", \"event_kind\"]";
@@ -58,4 +59,24 @@ fn what_is_asked_for_changes_nothing_else() {
     let none = of("simulation.columns_by=[]");
     assert!(none == of("simulation.columns_by=[\"road_type\"]"));
     assert!(none == of(BOTH));
+}
+
+#[test]
+fn the_mean_limit_is_that_of_all_places_along_the_road() {
+    const PLACES: u32 = 20_000;
+    let study = study("field-truck", &["mission.length_m=20000"]);
+    for id in 0..4 {
+        let scenario = study.sample(1, id);
+        let road = scenario.cycle.road.clone();
+        let limit_mps = |place_m: f64| {
+            let passed = road.signs.iter().rev().find(|sign| sign.start_m <= place_m);
+            passed.expect("a sign at the start").speed_mps
+        };
+        let places = (0..PLACES).map(|k| road.length_m * (f64::from(k) + 0.5) / f64::from(PLACES));
+        let mean_mps = places.map(limit_mps).sum::<f64>() / f64::from(PLACES);
+        let found_mps = drive_scenario(&study, scenario).mean_limit_mps.unwrap();
+        // a place too far for each sign, at most
+        let error_mps = 30.0 * road.signs.len() as f64 / f64::from(PLACES);
+        assert!((found_mps - mean_mps).abs() <= error_mps, "{id}: {found_mps} {mean_mps}");
+    }
 }

@@ -6,7 +6,7 @@ use crate::program::{ocmc, records};
 use ocmc_core::charging::ChargingPlace;
 use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::trace::trace;
-use ocmc_core::record::Record;
+use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
 use ocmc_fleet::run::{RunPlan, records as drive, replay};
 use ocmc_io::study::load_text;
@@ -110,6 +110,18 @@ fn who_comes_back_late_departs_late() {
         assert!(truck.chunks(2).enumerate().all(|(k, day)| {
             (day[0].departure_s_of_year - (k as f64 * DAY_S + 25_200.0)).abs() < 1e-6
         }));
+    }
+}
+
+#[test]
+fn who_has_not_arrived_in_time_is_not_charged_in_the_depot() {
+    let short = study(&["mission.length_m=85e3", "simulation.longest_duration_s=3600"]);
+    let records = driven(&short, 1, 1);
+    let late: Vec<_> = records.iter().filter(|r| r.outcome == Outcome::TimedOut).collect();
+    assert!(!late.is_empty());
+    for record in late {
+        let charged = (record.charged_energy_depot_j, record.depot_charging_s);
+        assert_eq!(charged, (Some(0.0), Some(0.0)), "{record:?}");
     }
 }
 

@@ -266,6 +266,8 @@ fn a_run_emits_from_the_well_what_its_cost_says_and_its_tonnes_share() {
         };
         let [whole, by_tonne] = per.map(mean);
         assert!((tonnes * by_tonne / whole - 1.0).abs() < 1e-9, "{study}: {tonnes} t");
+        let [whole, by_tonne] = ["per_km", "per_tkm"].map(|over| number(&cost["total"][over]));
+        assert!((tonnes * by_tonne / whole - 1.0).abs() < 1e-9, "{study}: {tonnes} t");
         assert_eq!(run["statistics"]["grid_co2_g_per_km"]["mean"].is_f64(), electric, "{study}");
         if electric {
             // the two factors of the default study

@@ -488,3 +488,83 @@ fn blocks(ids: &[u64], batch: u64) -> Vec<std::ops::Range<usize>> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLES: u64 = 200;
+
+    /// A payload, and one of two kinds.
+    fn outline(payload: u64, is_first: bool) -> Vec<f64> {
+        vec![1000.0 * payload as f64, f64::from(is_first)]
+    }
+
+    /// 200 cycles, of which 2 in 5 are of the first kind, where 1 in 4 is expected to be.
+    fn adjustment() -> (Adjustment, Vec<bool>) {
+        let first: Vec<bool> = (0..CYCLES).map(|k| k % 5 < 2).collect();
+        let outlines: Vec<_> = (0..CYCLES).map(|k| outline(k * k % 7, first[k as usize])).collect();
+        let sample = OutlineSample::of((0..64).map(|k| outline(k * k % 11, k % 4 == 0)).collect());
+        let names = ["payload_kg", "is_first"].map(str::to_owned);
+        let ids: Vec<u64> = (0..CYCLES).collect();
+        let totals: Vec<(f64, f64)> = ids.iter().map(|k| (20.0 + (k % 3) as f64, 1.0)).collect();
+        let sample = Arc::new(sample);
+        let own = Adjustment::of(Dependence::default(), &names, &ids, &outlines, sample, &totals);
+        (own.expect("two terms"), first)
+    }
+
+    #[test]
+    fn the_difference_to_what_is_nothing_is_the_quantity_with_its_interval() {
+        let (own, first) = adjustment();
+        let of = |(k, is_first): (usize, &bool)| (5.0 * f64::from(*is_first) + (k % 9) as f64, 1.0);
+        let totals: Vec<(f64, f64)> = first.iter().enumerate().map(of).collect();
+        let nothing = vec![(0.0, 1.0); totals.len()];
+        let alone = own.ratio(&totals).expect("known");
+        let found = Adjustment::difference([&own; 2], [&nothing, &totals]).expect("known");
+        assert!((found.value - alone.value).abs() < 1e-12, "{found:?} {alone:?}");
+        for (end, expected) in found.ci95.into_iter().zip(alone.ci95) {
+            assert!((end - expected).abs() < 1e-12, "{found:?} {alone:?}");
+        }
+    }
+
+    #[test]
+    fn where_the_kind_decides_the_share_below_is_what_is_expected_of_the_kind() {
+        let (own, first) = adjustment();
+        let by_kind = |first: bool| if first { 10.0 } else { 20.0 };
+        let values: Vec<f64> =
+            first.iter().enumerate().map(|(k, f)| by_kind(*f) + (k % 5) as f64).collect();
+        let of = OwnValues {
+            sorted: values.clone(),
+            values,
+            predicted: first.iter().map(|first| by_kind(*first)).collect(),
+            predicted_of_sample: own.sample.drawn.iter().map(|o| by_kind(o[1] > 0.0)).collect(),
+            spread: 5.0,
+        };
+        let (lack, _) = own.share_below(&of, 15.0).expect("known");
+        assert!((lack - (0.25 - 0.4)).abs() < 1e-12, "{lack}");
+    }
+
+    #[test]
+    fn what_is_nothing_in_all_cycles_has_no_quantiles() {
+        let (own, first) = adjustment();
+        assert!(own.own_values(vec![0.0; first.len()]).is_none());
+    }
+
+    #[test]
+    fn an_interval_reaches_from_the_least_to_the_greatest_value() {
+        let (own, first) = adjustment();
+        let values: Vec<f64> = (0..first.len()).map(|k| k as f64).collect();
+        let of = OwnValues {
+            sorted: values.clone(),
+            predicted: vec![0.0; values.len()],
+            predicted_of_sample: vec![0.0; 64],
+            spread: 1.0,
+            values,
+        };
+        let levels = (1..1000).map(|k| f64::from(k) / 1000.0);
+        let found: Vec<[f64; 2]> =
+            levels.filter_map(|level| Some(own.quantile(&of, level)?.ci95)).collect();
+        let last = of.sorted.len() as f64 - 1.0;
+        assert_eq!((found[0][0], found[found.len() - 1][1]), (0.0, last));
+    }
+}

@@ -62,6 +62,12 @@ impl OutlineSample {
         Self { drawn, known }
     }
 
+    /// Outlines that a test has made up.
+    #[cfg(test)]
+    pub(super) fn of(drawn: Vec<Vec<f64>>) -> Self {
+        Self { known: drawn.clone(), drawn }
+    }
+
     /// How many there are.
     pub(super) fn len(&self) -> u64 {
         self.drawn.len() as u64

@@ -560,6 +560,22 @@ mod tests {
     }
 
     #[test]
+    fn what_is_sold_in_its_own_unit_is_what_was_taken() {
+        // 125 kWh on 100 km
+        let taken = [Some(4.5e8), Some(1.25), None];
+        let trip = |cycle_id| Record {
+            cycle_id,
+            distance_m: 1e5,
+            ..Record::default().with(Carrier::Electricity, taken)
+        };
+        let found = summary(&[0, 1, 2, 3].map(trip), of_trucks(2)).trucks.expect("two trucks");
+        for row in &found.rows {
+            let k = Carrier::Electricity as usize;
+            assert_eq!((row.taken[k], row.sold[k]), (Some(9e8), Some(9e8)));
+        }
+    }
+
+    #[test]
     fn a_small_fleet_by_hand() {
         let failed = Record { outcome: Outcome::Stalled, ..trip(3, 90.0, 9.0) };
         let records = [trip(0, 20.0, 100.0), trip(1, 40.0, 300.0), trip(2, 30.0, 200.0), failed];

@@ -92,4 +92,12 @@ mod tests {
         let corners: Vec<f64> = (0..30).map(|k| f64::from(k * k)).collect();
         assert_eq!(end(&corners), Some(End::Mended));
     }
+
+    #[test]
+    fn a_ramp_loses_its_first_and_last_steps_to_every_second_row() {
+        let numbers = |count: u32| (0..count).map(f64::from).collect::<Vec<f64>>();
+        let cycle = DriveCycle::new(numbers(21), numbers(21), vec![0.0; 21]).unwrap();
+        // squares gained: 20² of all rows, 20² from the first row on, 19² - 1² from the second one
+        assert!((lost_by_half(&cycle) - (1.0 - 0.5 * (400.0 + 360.0) / 400.0)).abs() < 1e-12);
+    }
 }

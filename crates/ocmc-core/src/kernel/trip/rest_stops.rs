@@ -120,3 +120,27 @@ pub(super) fn halts_m(road: &Road) -> impl Iterator<Item = f64> {
 pub(super) fn until_look_s(left_s: f64) -> f64 {
     if left_s > AHEAD_S { left_s - AHEAD_S } else { AGAIN_S }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rest::RestLaw;
+
+    #[test]
+    fn a_driver_rests_where_the_next_place_is_out_of_reach_before_it_and_within_reach_after() {
+        let clock = DutyClock::new(RestLaw::Eu561, 1, 0.0);
+        let stops = RestStops { at_departure: clock, clock, driven_s: 0.0, added_s: 0.0, taken: 0 };
+        // 4 h 30 min may be driven: 16,200 s, of which 60 s are for halting
+        assert_eq!(clock.left_s(), 16_200.0);
+        for (way_s, next_s, rests) in [
+            (10_000.0, 6_140.0, false),
+            (10_000.0, 6_141.0, true),
+            (10_000.0, 16_140.0, true),
+            (10_000.0, 16_141.0, false),
+            (16_199.0, 1_000.0, true),
+            (16_200.0, 1_000.0, false),
+        ] {
+            assert_eq!(stops.has_to_rest_at(way_s, next_s), rests, "{way_s} {next_s}");
+        }
+    }
+}

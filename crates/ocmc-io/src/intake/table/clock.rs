@@ -330,6 +330,14 @@ mod tests {
     }
 
     #[test]
+    fn a_time_some_seconds_back_is_of_the_same_day_and_one_behind_midnight_of_the_next() {
+        let mut clock = LogClock::default();
+        let rows = ["23:59:58", "23:59:57", "00:00:01", "00:00:00"];
+        let times_s = rows.map(|row| clock.time_s(row).unwrap());
+        assert_eq!(times_s, [86_398.0, 86_397.0, 86_401.0, 86_400.0]);
+    }
+
+    #[test]
     fn what_is_no_time_is_refused() {
         for stamp in [
             "2024-03-01",

@@ -5,7 +5,7 @@ use super::dwd;
 use super::error::{Fault, TableError};
 use super::mapping::Mapping;
 use super::quantity::{Quantity, with_unit};
-use super::unit::{Unit, is_written, with_suffix, written};
+use super::unit::{Scale, Unit, is_written, with_suffix, written};
 use super::word;
 use std::path::Path;
 
@@ -123,7 +123,8 @@ impl Column {
 
     /// Whether its numbers are in SI as they stand.
     pub fn is_si(&self) -> bool {
-        self.sign == 1.0 && self.unit.factor == 1.0 && self.unit.offset == 0.0
+        let Unit { factor, offset, scale, .. } = *self.unit;
+        self.sign == 1.0 && factor == 1.0 && offset == 0.0 && scale == Scale::Linear
     }
 }
 
@@ -331,5 +332,24 @@ impl Field {
         }
         let unit = written(entry.units, bracket?)?;
         entry.names.contains(&name).then_some((self, unit, OTHER_NAME))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::quantity::VOCABULARY;
+    use super::*;
+
+    #[test]
+    fn numbers_in_si_are_those_that_stay_what_they_are() {
+        for entry in VOCABULARY {
+            let quantity = entry.quantity;
+            for (unit, sign) in quantity.units().iter().flat_map(|unit| [(unit, 1.0), (unit, -1.0)])
+            {
+                let column = Column { quantity, place: 0, unit, sign, bounds: None };
+                let stay = [0.1, 0.5, 3.0].iter().all(|number| column.si(*number) == *number);
+                assert_eq!(column.is_si(), stay, "{quantity:?} {unit:?} {sign}");
+            }
+        }
     }
 }

@@ -386,6 +386,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn words_are_a_title_above_names_and_none_above_numbers() {
+        for (start, is_title) in [
+            ("driven on Monday\ntime_s,speed_mps\n", true),
+            ("driven on Monday\n0,12.5\n", false),
+            ("driven on Monday\ntime_s,12.5\n", false),
+            ("driven\ntime_s,speed_mps\n", false),
+            ("driven on Monday\ntime_s\n", false),
+        ] {
+            assert_eq!(title(start.as_bytes()).is_some(), is_title, "{start}");
+        }
+    }
+
+    #[test]
     fn the_header_tells_the_separator() {
         for (start, separated) in [
             ("a,b,c\n1;2;3;4\n", b','),
