@@ -68,6 +68,19 @@ fn a_motor_that_its_battery_cannot_turn_is_refused() {
 }
 
 #[test]
+fn losses_beyond_the_power_of_a_motor_are_refused() {
+    let text = |watts: &str| {
+        let motor = "[vehicle.powertrain.battery_electric.motor]\npower_w = 490e3\n";
+        let map = "map_speed_radps = [0.0, 480.0]\nmap_torque_nm = [0.0, 2400.0]\n";
+        let losses = format!("map_loss_w = [[2500.0, 94660.0], [7300.0, {watts}]]\n");
+        format!("study.base = \"battery-truck\"\n{motor}{map}{losses}")
+    };
+    let error = error_of(&text("9.9e6")).to_string();
+    assert!(error.contains("map_loss_w` is 9900000, allowed is at most twice"), "{error}");
+    assert!(study::load_text::<&str>("mine.toml", &text("9.9e4"), &[]).is_ok());
+}
+
+#[test]
 fn an_error_of_a_number_names_a_number_that_can_have_one() {
     let estimates = |keys: &str, errors: &str, more: &str| {
         format!("[uncertainty.fit]\nkeys = [{keys}]\nstandard_errors = [{errors}]\n{more}")

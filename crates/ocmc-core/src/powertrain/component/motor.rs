@@ -65,6 +65,10 @@ impl MotorModel {
             let few = count <= MOST_KNOTS;
             problems.require(few, key, format!("{count} numbers"), "at most 16 numbers");
         }
+        // a slip of a unit; a battery of any size would be empty within a step
+        let largest_w = self.map_loss_w.iter().flatten().copied().fold(0.0, f64::max);
+        let allowed = "at most twice the motor's power_w";
+        problems.require(largest_w <= 2.0 * self.power_w, "map_loss_w", largest_w, allowed);
         let columns = self.map_torque_nm.len();
         problems.require(
             self.map_loss_w.len() == self.map_speed_radps.len()
