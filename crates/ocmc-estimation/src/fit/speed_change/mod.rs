@@ -294,7 +294,7 @@ impl SpeedChangeFit {
                     warnings.push(format!(
                         "the REML fit of the {name}s is singular: drivers differ by no more than \
                          their changes do, the study gets one number"
-                    ))
+                    ));
                 }
                 Some(_) => {}
             }
