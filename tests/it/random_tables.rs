@@ -118,9 +118,9 @@ fn put(keys: &mut Value, place: &str, value: Value) {
 
 /// The place of the list that a place lies in, or the place itself: lists are given whole.
 fn given_whole(place: &str) -> String {
-    let is_index = |step: &&str| step.parse::<usize>().is_ok();
+    let is_index = |step: &str| step.parse::<usize>().is_ok();
     let steps: Vec<&str> = place.split('/').collect();
-    let end = steps.iter().position(|step| is_index(&step)).unwrap_or(steps.len());
+    let end = steps.iter().position(|step| is_index(step)).unwrap_or(steps.len());
     steps[..end].join("/")
 }
 

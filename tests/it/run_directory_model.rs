@@ -336,12 +336,11 @@ impl World<'_> {
         let before = held.is_complete.then(|| bytes(&self.path(at)));
         let (status, text) = self.call(&words, &[]);
         assert_eq!(status, 0, "{text}");
-        match before {
-            Some(before) => assert!(before == bytes(&self.path(at)), "a whole run was changed"),
-            None => {
-                self.count("resumed");
-                self.is_whole_run(at, held.part);
-            }
+        if let Some(before) = before {
+            assert!(before == bytes(&self.path(at)), "a whole run was changed");
+        } else {
+            self.count("resumed");
+            self.is_whole_run(at, held.part);
         }
     }
 
@@ -502,7 +501,9 @@ fn run_directories_are_what_a_simple_model_says() {
         let folder = tempfile::tempdir().expect("a directory");
         let mut world =
             World { folder, held: Default::default(), undisturbed: &undisturbed, counts: &counts };
-        actions.iter().for_each(|action| world.apply(action));
+        for action in &actions {
+            world.apply(action);
+        }
         Ok(())
     });
     result.expect("every sequence as the model has it");
