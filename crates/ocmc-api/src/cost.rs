@@ -14,8 +14,7 @@ use ocmc_fleet::cost_difference::{BreakEven, CostDifference, Fleet, Side};
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::run::{RunPlan, records};
 use ocmc_io::number_text::{count_of, grouped, percent, rounded, share_text};
-use ocmc_io::study::{KeyDifference, differences};
-use ocmc_io::study::{LoadedStudy, study_hash};
+use ocmc_io::study::{KeyDifference, LoadedStudy, differences, study_hash};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
@@ -381,9 +380,8 @@ fn below(text: &str) -> String {
 fn spread_text(spread: &CostSpread) -> String {
     let head = format!("\nOver {} states of the prices:\n\n", grouped(spread.states));
     let line = |name: &str, percentiles: Option<Percentiles>| {
-        let percentiles = percentiles?;
-        let [mean, p5, p50, p95] =
-            [percentiles.mean, percentiles.p5, percentiles.p50, percentiles.p95].map(rounded);
+        let Percentiles { mean, p5, p50, p95, .. } = percentiles?;
+        let [mean, p5, p50, p95] = [mean, p5, p50, p95].map(rounded);
         Some([name.to_owned(), mean, p5, p50, p95])
     };
     let rows = [
@@ -426,8 +424,7 @@ fn difference_text(difference: &CostDifference) -> String {
     let distance = difference.break_even_distance_km_per_a.as_ref();
     let distance = distance.map(|break_even| even_row("distance, km per year", break_even));
     let prices = difference.break_even_prices.iter();
-    let prices = prices
-        .map(|break_even| even_row(break_even.key.trim_start_matches("cost."), &break_even.price));
+    let prices = prices.map(|even| even_row(even.key.trim_start_matches("cost."), &even.price));
     let head = ["", "value", "95 % interval", "P5 to P95", "states"];
     text.push_str(&table(&[24, 9, 20, 20, 7], &head, distance.into_iter().chain(prices)));
     text.push_str(&inputs_text(&difference.inputs, "difference"));
