@@ -233,7 +233,7 @@ enum Command {
     #[command(subcommand)]
     Calibrate(CalibrateCommand),
     /// Learns a study from the files of a fleet: fits what can be fitted, calibrates the rest to
-    /// the totals of its trips, and checks it on trips that were held back
+    /// its trips, and checks it on trips that were held back
     Learn(LearnArguments),
     /// Sets measured trips beside what a study expects of them: trucks and drivers that differ
     /// beyond chance, and what a date or a group changed
