@@ -1,7 +1,7 @@
 //! Instruction sets of the kernel. The records do not depend on them.
 //!
-//! The unit tests of this crate take the baseline at every level, so that they are compiled in half
-//! of the time; all others have every level that the CPU has.
+//! The unit tests of this crate, and builds without optimisation, take the baseline at every level:
+//! they are compiled in a part of the time. All others have every level that the CPU has.
 
 use crate::lanes::baseline;
 #[cfg(target_arch = "x86_64")]
@@ -40,9 +40,8 @@ pub(super) fn run_baseline<T: SimdTask>(task: T) -> T::Answer {
 impl CpuLevel {
     /// Runs a task with the instructions of this level.
     pub(super) fn run<T: SimdTask>(self, task: T) -> T::Answer {
-        #[cfg(target_arch = "x86_64")]
-        if cfg!(not(test))
-            && self == Self::Avx512
+        #[cfg(all(target_arch = "x86_64", not(any(test, unoptimised))))]
+        if self == Self::Avx512
             && let Some(simd) = Level::new().as_avx512()
         {
             return simd.vectorize(
@@ -55,9 +54,8 @@ impl CpuLevel {
 
     /// As [`Self::run`], with AVX2 at most: what is seldom asked need not be compiled for all.
     pub(super) fn run_narrow<T: SimdTask>(self, task: T) -> T::Answer {
-        #[cfg(target_arch = "x86_64")]
-        if cfg!(not(test))
-            && self >= Self::Avx2
+        #[cfg(all(target_arch = "x86_64", not(any(test, unoptimised))))]
+        if self >= Self::Avx2
             && let Some(simd) = Level::new().as_avx2()
         {
             return simd.vectorize(
