@@ -80,8 +80,8 @@ def route(
     Parameters
     ----------
     track : dict of str to sequence of float, or table
-        Columns ``lat`` and ``lon`` in degrees (WGS 84), one row a sample, in the order of the drive
-        and some 100 m apart at most.
+        Columns ``lat`` and ``lon`` in degrees (WGS 84). Rows are samples in the order of the drive,
+        some 100 m apart at most.
     tiles : str or os.PathLike
         Valhalla's configuration (``valhalla.json``), which names the tiles.
     elevation : sequence of str or os.PathLike
@@ -102,8 +102,8 @@ def route(
     ModuleNotFoundError
         Where the extra is not installed.
     ValueError
-        Where a place is no place, where the track leaves the map's roads for more than 200 m on the
-        way or takes a ferry, where rasters have no value or no coordinates, or where the
+        Where a place is no place, or where the track leaves the map's roads for more than 200 m on
+        the way or takes a ferry. Where rasters have no value or no coordinates, or where the
         configuration loads tiles from the web.
     OSError
         Where a file cannot be read.

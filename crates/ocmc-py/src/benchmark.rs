@@ -51,8 +51,8 @@ use std::path::PathBuf;
 /// Raises
 /// ------
 /// ValueError
-///     Where the table cannot be read or has too few rows, where its amounts are of another carrier
-///     than the study's, or where what is compared is not in it.
+///     Where the table cannot be read or has too few rows, or where its amounts are of another
+///     carrier than the study's. Where what is compared is not in it.
 /// OSError
 ///     Where the file cannot be read.
 ///

@@ -50,7 +50,7 @@ use std::collections::BTreeMap;
 /// Raises
 /// ------
 /// ValueError
-///     Where the curves cannot be read or have no fit, where the study takes its law from a table
+///     Where the curves cannot be read or have no fit. Where the study takes its law from a table
 ///     of trucks, or where an option is out of its range.
 /// OSError
 ///     Where the file cannot be read.

@@ -26,7 +26,7 @@ use std::path::PathBuf;
 ///     Id of the first cycle.
 /// column : str, optional
 ///     The quantity that is compared, such as ``"mean_speed_mps"``, or another column of the
-///     records that is a number, such as ``"fuel_kg_urban"``; by default the first consumption that
+///     records that is a number, such as ``"fuel_kg_urban"``. By default the first consumption that
 ///     both have: fuel, electricity, or the work at the wheels.
 /// out : str or os.PathLike, optional
 ///     Directory for the runs of the studies (``a`` and ``b``), the values pair by pair, the

@@ -24,9 +24,9 @@ use std::collections::BTreeMap;
 /// curves : table, str or os.PathLike
 ///     One row a curve: ``driver`` (or ``truck``), ``radius_m`` (m), ``speed_mps`` (m/s), and where
 ///     known ``direction`` (``left`` or ``right``), ``route_m`` (length of the route, m),
-///     ``limit_mps`` (m/s), and ``gap_before_m``, ``gap_after_m``, ``slowest_near_mps``,
-///     ``stop_near_m`` as `detect_curves` gives them. Any table that exports Arrow, a dictionary of
-///     columns, or a CSV file.
+///     ``limit_mps`` (m/s). Further ``gap_before_m``, ``gap_after_m``, ``slowest_near_mps``,
+///     ``stop_near_m``, as `detect_curves` gives them. Any table that exports Arrow, a dictionary
+///     of columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_kmh": "v"}``.
 /// base : Study, optional
@@ -220,11 +220,10 @@ pub(crate) fn fit_speed_change<'py>(
 /// ----------
 /// cycles : OperatingCycle, str, os.PathLike or table, or a list of these
 ///     Operating cycles with the track ``road_type``: from `Study.operating_cycle`, or files as
-///     ``ocmc cycle`` writes them. Or logs:
-///     ``time_s``, ``speed_mps`` or ``speed_kmh``, and where known ``yaw_rate_radps``,
-///     ``limit_mps``, ``grade`` or ``altitude_m``,
-///     ``road_type``, ``map_object``, ``position_m``, ``payload_kg`` and others; any table that
-///     exports Arrow, a dictionary of columns, or a CSV file.
+///     ``ocmc cycle`` writes them. Or logs: ``time_s``, ``speed_mps`` or ``speed_kmh``, and where
+///     known ``yaw_rate_radps``, ``limit_mps``, ``grade`` or ``altitude_m``, ``road_type``,
+///     ``map_object``, ``position_m``, ``payload_kg`` and others. Logs are any tables that export
+///     Arrow, dictionaries of columns, or CSV files.
 /// columns : dict of str to str, optional
 ///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``; then all files are
 ///     logs.
@@ -259,8 +258,8 @@ pub(crate) fn fit_speed_change<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     Where a cycle has no road types, or one that the base study does not have, where a file is
-///     no operating cycle, where a log cannot be used, or where an option is out of its range.
+///     Where a cycle has no road types, or one that the base study does not have. Where a file is
+///     no operating cycle, a log cannot be used, or an option is out of its range.
 /// OSError
 ///     Where a file cannot be read.
 ///
@@ -378,8 +377,8 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 /// Raises
 /// ------
 /// ValueError
-///     Where a column is missing or a cell is wrong, where there are fewer than two trucks or no
-///     repeated trips, or where an option is out of its range.
+///     Where a column is missing or a cell is wrong, or where an option is out of its range. Where
+///     there are fewer than two trucks or no repeated trips.
 /// OSError
 ///     Where the file cannot be read.
 ///
@@ -454,10 +453,10 @@ pub(crate) fn fit_fleet<'py>(
 /// ----------
 /// table : table, str or os.PathLike
 ///     One row a measurement: ``road_type``, ``time`` (such as ``2024-03-01T14:00``) or ``time_s``
-///     (from a midnight), one of
-///     ``density_share`` (of the density of standing traffic), ``density_per_m`` (vehicles per m
-///     and lane) and ``speed_ratio`` (of the free speed), and, where there are several of a type,
-///     ``site``. Any table that exports Arrow, a dictionary of columns, or a CSV file.
+///     (from a midnight), and where there are several of a type, ``site``. The measurement is one
+///     of ``density_share`` (of the density of standing traffic), ``density_per_m`` (vehicles per m
+///     and lane) and ``speed_ratio`` (of the free speed). Any table that exports Arrow, a
+///     dictionary of columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
@@ -527,12 +526,11 @@ pub(crate) fn fit_traffic<'py>(
 /// ----------
 /// table : table, str or os.PathLike, or a sequence of them
 ///     One row an hour: ``time`` (such as ``2024-03-01T14:00``, the place's standard time) or
-///     ``time_s`` (from a midnight of 1 January), and any of ``temperature_k`` or
+///     ``time_s`` (from a midnight of 1 January). With it any of ``temperature_k`` or
 ///     ``temperature_c``, ``pressure_pa`` or ``pressure_hpa``, ``relative_humidity`` (0 to 1) or
-///     ``relative_humidity_percent``, ``precipitation_mps`` or ``precipitation_mm_per_h``,
-///     ``wind_speed_mps``,
-///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that exports Arrow, a dictionary
-///     of columns, or a CSV file. Several of one place are joined by time.
+///     ``relative_humidity_percent``. Further ``precipitation_mps`` or ``precipitation_mm_per_h``,
+///     ``wind_speed_mps``, ``wind_direction_rad`` or ``wind_direction_deg``. Any table that exports
+///     Arrow, a dictionary of columns, or a CSV file. Several of one place are joined by time.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional

@@ -171,8 +171,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     they are unbiased.
 /// unknown : sequence of {"delay", "mass", "resistance", "none"}, optional
 ///     Other unknowns, which are estimated with the gains: how late the driver sees the speed, the
-///     mass of the truck, its rolling resistance and air drag. All of them with a PID and without a
-///     speed term, otherwise none.
+///     mass of the truck, and its resistance in rolling and in air. All of them with a PID and
+///     without a speed term, otherwise none.
 /// starts : int
 ///     Starts of the search for each event, at least 1.
 /// kp : tuple of float
@@ -190,11 +190,11 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// -------
 /// Answer
 ///     The content of ``ocmc identify --json``: ``fits`` with ``driver``, ``event``, ``kp`` (s/m),
-///     ``ki`` (1/m), ``kd`` (s²/m),
-///     ``set_speed_mps``, ``at_bound``, ``not_identifiable``, ``no_intervals`` (why there are none:
-///     residuals that are not the noise of sensors), ``warnings`` and others; ``trucks`` (the mass
-///     by all events of a log); ``population``, of three drivers or more; ``left_out``, and
-///     ``notes`` on rows that are not used.
+///     ``ki`` (1/m), ``kd`` (s²/m), ``set_speed_mps``, ``at_bound``, ``not_identifiable``,
+///     ``no_intervals``, ``warnings`` and others. ``no_intervals`` says why there are none:
+///     residuals that are not the noise of sensors. Beside ``fits`` there are ``trucks`` (the mass
+///     by all events of a log) and ``population`` (of three drivers or more). ``left_out`` and
+///     ``notes`` are on rows that are not used.
 ///
 /// Raises
 /// ------

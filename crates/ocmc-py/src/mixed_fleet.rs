@@ -33,8 +33,8 @@ use std::path::PathBuf;
 /// -------
 /// Answer
 ///     The content of ``ocmc --study FILE --json``: ``totals`` of the fleet, each with its ``unit``
-///     and ``prediction95``; ``groups`` with their ``totals`` and ``run``; ``replaceable``, the
-///     trucks whose trips arrive with the truck of a group that has a battery.
+///     and ``prediction95``, and ``groups`` with their ``totals`` and ``run``. ``replaceable`` are
+///     the trucks whose trips arrive with the truck of a group that has a battery.
 ///
 /// Raises
 /// ------

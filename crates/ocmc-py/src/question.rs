@@ -198,13 +198,13 @@ impl PyStudy {
     /// Parameters
     /// ----------
     /// files : str or os.PathLike, or a list of these, or table
-    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows,
-    ///     a CSV file or one table with ``position_m`` or ``latitude`` and ``longitude``,
-    ///     ``speed_limit_kmh``, ``altitude_m`` and others; of several files, each cycle drives one.
-    ///     With `follow_speed` one drive cycle over time, a CSV file or a table with ``time_s`` or
-    ///     a column of dates, ``speed_mps`` or ``speed_kmh``, and ``slope`` or ``grade``; or, with
-    ///     ``"exact"``, a route. Tables are whatever exports Arrow (pandas, polars, pyarrow,
-    ///     duckdb), or a dictionary of columns.
+    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows.
+    ///     That is a CSV file or one table with ``position_m`` or ``latitude`` and ``longitude``,
+    ///     ``speed_limit_kmh``, ``altitude_m`` and others. Of several files, each cycle drives one.
+    ///     With `follow_speed` one drive cycle over time: a CSV file or a table with ``time_s``
+    ///     or a column of dates, a speed, and ``slope`` or ``grade``. With ``"exact"`` a route,
+    ///     too. Tables are whatever exports Arrow (pandas, polars, pyarrow, duckdb), or a
+    ///     dictionary of columns.
     /// cycles : int
     ///     Number of cycles, at least 1.
     /// columns : dict of str to str, optional
@@ -212,8 +212,8 @@ impl PyStudy {
     /// keep : sequence of {"weather", "traffic", "mission"}, optional
     ///     Parts that are taken from the file of a route instead of being drawn from the study.
     /// draw : sequence of {"stops", "limits", "hills", "curves"}, optional
-    ///     Parts that are drawn from the study's laws of each road type, anew in each cycle, where
-    ///     the file of a route lacks them. What the file has stays.
+    ///     Parts that are drawn from the study's laws of each road type, anew in each cycle. They
+    ///     are drawn where the file of a route lacks them.
     /// stop_plan : str or os.PathLike, optional
     ///     A table with the stop plan that is driven on the route: places by kilometre or
     ///     coordinates, dwells, loads and the departure.
@@ -324,10 +324,10 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc sensitivity --json``: ``factors`` with ``first`` (the first-order
-    ///     effect of a factor) and ``total`` (its total effect: the share that would be gone if it
-    ///     were fixed), each with its 95 % interval, and others. With ``shapley`` there is also
-    ///     ``shapley`` with its ``factors`` and their ``share``.
+    ///     The content of ``ocmc sensitivity --json``: ``factors`` with ``first`` and ``total``,
+    ///     each with its 95 % interval, and others. ``first`` is the first-order effect of a
+    ///     factor, ``total`` its total effect: the share that would be gone if it were fixed. With
+    ///     ``shapley`` there is also ``shapley`` with its ``factors`` and their ``share``.
     ///
     /// Raises
     /// ------
@@ -402,7 +402,8 @@ impl PyStudy {
     /// -------
     /// Answer
     ///     The content of ``ocmc bound --json``: ``potential``, the shares of the drivers' energy
-    ///     that were not needed, by kind of road; ``by_road_type``; ``bounds``, the cycles.
+    ///     that were not needed, with those of each kind of road in ``by_road_type``, and
+    ///     ``bounds``, the cycles.
     ///
     /// Raises
     /// ------
@@ -462,8 +463,8 @@ impl PyStudy {
     /// -------
     /// Answer
     ///     The content of ``ocmc doubt --json``: ``together``, the roots of the sums of squares of
-    ///     the effects on mean, standard deviation and 95th percentile, and ``numbers``, each with
-    ///     its changes at the ``low`` and the ``high`` end, its ``share``, its ``reason`` and the
+    ///     the effects on mean, standard deviation and 95th percentile. ``numbers`` have each its
+    ///     changes at the ``low`` and the ``high`` end, its ``share``, its ``reason`` and the
     ///     command whose data would replace it (``replaced_by``).
     ///
     /// Raises
@@ -515,11 +516,11 @@ impl PyStudy {
     /// Parameters
     /// ----------
     /// points : dict of str to list, list of dict, table, str or os.PathLike
-    ///     A dictionary from keys to lists of values is a grid: the last key goes through its
+    ///     A dictionary from keys to lists of values is a grid. The last key goes through its
     ///     values first, and a key with one value holds for all points. A list of dictionaries has
-    ///     the points one by one, as does a table, or its file, whose columns are keys and whose
-    ///     rows are points. What a point lacks is as in the study. Values are in the unit of their
-    ///     key, 1000 points at most.
+    ///     the points one by one. So does a table, or its file: its columns are keys, its rows are
+    ///     points. What a point lacks is as in the study. Values are in the unit of their key, 1000
+    ///     points at most.
     /// cycles : int
     ///     Number of cycles that each point drives, at least 1.
     /// against : {"first", "base"}
@@ -548,7 +549,7 @@ impl PyStudy {
     /// ------
     /// ValueError
     ///     Before anything is driven, where a point is no study, two are the same, or there is
-    ///     nothing to compare; where a number is out of its range, or where there is no such
+    ///     nothing to compare. Where a number is out of its range, or where there is no such
     ///     column.
     ///
     /// Examples
@@ -615,8 +616,8 @@ impl PyStudy {
     /// Raises
     /// ------
     /// ValueError
-    ///     Where the table cannot be read or has too few rows, where its amounts are of another
-    ///     carrier than the study's, or where no number of the study is judged.
+    ///     Where the table cannot be read or has too few rows, or where its amounts are of another
+    ///     carrier than the study's. Where no number of the study is judged.
     /// OSError
     ///     Where the file cannot be read.
     ///
@@ -675,11 +676,12 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc cost --json``, in the study's currency: ``items`` and ``total``
-    ///     with their costs ``per_trip``, ``all_trips``, ``per_km``, ``per_tkm``, ``per_a`` (year)
-    ///     and ``whole_life``; ``fleet``, the cost of trucks that make several trips; ``spread``
-    ///     over states of the world; ``inputs``, the shares of its variance; ``emissions``. With
-    ///     `against` these of ``a`` and of ``b``, and their ``difference``.
+    ///     The content of ``ocmc cost --json``, in the study's currency. ``items`` and ``total``
+    ///     have their costs ``per_trip``, ``all_trips``, ``per_km``, ``per_tkm``, ``per_a`` (year)
+    ///     and ``whole_life``. ``fleet`` is the cost of trucks that make several trips. ``spread``
+    ///     is that over states of the world, with the shares of its variance in ``inputs``.
+    ///     ``emissions`` stand beside them. With `against` these of ``a`` and of ``b``, and their
+    ///     ``difference``.
     ///
     /// Raises
     /// ------
@@ -749,8 +751,8 @@ impl PyStudy {
     /// Answer
     ///     The content of ``ocmc training --json``: ``shown``, the excess in the records.
     ///     ``expected``, the part of it that would come back. ``gain``, the gain of the training,
-    ///     with ``amount_per_a`` and ``money_per_a`` for each chosen driver; ``truly_worst``;
-    ///     ``by_trips``.
+    ///     with ``amount_per_a`` and ``money_per_a`` for each chosen driver. ``truly_worst`` and
+    ///     ``by_trips`` stand beside it.
     ///
     /// Raises
     /// ------
@@ -817,8 +819,9 @@ impl PyStudy {
     /// -------
     /// Answer
     ///     The content of ``ocmc range --json``: ``arriving``, for shares of the trucks the longest
-    ///     trip that they complete; ``curve``, the share that arrives over the length; the same
-    ///     ``arriving`` in ``by_season`` and ``by_payload``. Lengths are in m, intervals of 95 %.
+    ///     trip that they complete, and ``curve``, the share that arrives over the length.
+    ///     ``by_season`` and ``by_payload`` have the same ``arriving``. Lengths are in m, intervals
+    ///     of 95 %.
     ///
     /// Raises
     /// ------

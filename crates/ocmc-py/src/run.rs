@@ -357,9 +357,9 @@ impl PyRun {
 
     /// Each charging of each trip as one table, as ``chargings.parquet`` has them.
     ///
-    /// Times are in s after the departure, but for ``begin_s_of_year``; energies are in J, of the
-    /// store (``charged_energy_j``) and of the meter (``grid_energy_j``), the highest power at the
-    /// meter in W.
+    /// Times are in s after the departure, but for ``begin_s_of_year``. Energies are in J, of the
+    /// store (``charged_energy_j``) and of the meter (``grid_energy_j``). The highest power at the
+    /// meter is in W.
     ///
     /// Returns
     /// -------
@@ -455,9 +455,10 @@ impl PyRun {
     /// Write a workbook for spreadsheets (XLSX), as ``ocmc report --xlsx`` does. An existing file
     /// is replaced.
     ///
-    /// The sheets are the answer, the quantities by route where there are several, the trucks where
-    /// trips belong to trucks, the records with a row for each cycle, and the study. Numbers are
-    /// numbers; what a cycle does not have is an empty cell; no cell is a formula.
+    /// The sheets are the answer, the records with a row for each cycle, and the study. Where there
+    /// are several routes, the quantities are there by route; where trips belong to trucks, the
+    /// trucks. Numbers are numbers, and what a cycle does not have is an empty cell. No cell is a
+    /// formula.
     ///
     /// Parameters
     /// ----------

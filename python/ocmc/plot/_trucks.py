@@ -30,9 +30,9 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: trucks from the lowest to the highest, each with the 95 % interval of its mean
-        over other trips of the same truck, and the mean of the fleet. Effects that trucks share are
-        not in the intervals.
+        The axes: trucks from the lowest to the highest, and the mean of the fleet. Each truck has
+        the 95 % interval of its mean over other trips of its own. Effects that trucks share are not
+        in the intervals.
 
     Examples
     --------
