@@ -192,14 +192,3 @@ def test_the_plan_of_the_figure_is_that_of_the_program(figures):
     assert kmh.max() < 5.0, "the program never drives faster than the plan allows"
     braking = (driven[:, 0] > 750.0) & (driven[:, 0] < 1000.0)
     assert np.abs(kmh[braking]).max() < 2.0, "and follows the ramp to the sign"
-
-
-def test_the_guide_builds_without_a_fault(tmp_path):
-    if shutil.which("mdbook") is None:
-        pytest.skip("mdbook is not installed")
-    command = [ROOT / "scripts" / "check-guide", "--no-browser", "--out", tmp_path / "book"]
-    answer = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert answer.returncode == 0, answer.stdout + answer.stderr
-    print(answer.stdout)
-    # formulas reach the browser as TeX that no Markdown has touched
-    assert "katex.min.js" in (tmp_path / "book" / "index.html").read_text(encoding="utf-8")

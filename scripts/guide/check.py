@@ -67,6 +67,8 @@ def main():
     found = list(build(mdbook, book))
     pages = written.pages_of(book)
     found += written.faults(pages)
+    if "katex.min.js" not in (book / "index.html").read_text(encoding="utf-8"):
+        found.append((book / "index.html", "no KaTeX: the browser does not set formulas"))
     links = sum(len(page.links) for page in pages.values())
     pictures = sum(len(page.pictures) for page in pages.values())
     typed, lost = search.faults(book)
