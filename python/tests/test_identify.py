@@ -49,14 +49,16 @@ def test_the_gains_behind_a_trace_come_back(log, answer):
     assert "no population" in str(answer)
 
 
-def test_the_command_gives_the_same_answer(log, simulator, answer, tmp_path):
+def test_the_command_gives_the_same_answer(log, simulator, tmp_path):
+    # two of the six slopes: as many events as differ
+    log = {name: column[:4000] for name, column in log[0].items()}
+    answer = ocmc.identify(log, simulator, **QUICK)
+    assert len(answer["fits"]) == 2
     path = tmp_path / "log.csv"
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file)
-        rows.writerow(log[0])
-        rows.writerows(
-            zip(*(np.asarray(column).tolist() for column in log[0].values()), strict=True)
-        )
+        rows.writerow(log)
+        rows.writerows(zip(*(np.asarray(column).tolist() for column in log.values()), strict=True))
     options = ["--starts", "2", "--no-intervals", "--speed-term", "none"]
     printed = json.loads(command("identify", path, *options, "--json").stdout)
     assert command("identify", path, *options).stdout == str(answer)

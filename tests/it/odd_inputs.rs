@@ -14,22 +14,20 @@ use std::path::Path;
 
 /// Trips of each drive.
 const TRIPS: u64 = 3;
-/// Inputs of each kind that are tried here.
-const TRIED: u64 = 200;
 /// Changes of the consumption that are wrong, and that are right.
 const WRONG: f64 = 0.02;
 const RIGHT: f64 = 0.005;
 /// Shares of all inputs that may be wrong without a word, and of the right ones that may be warned
-/// of.
-const KEPT: [f64; 2] = [0.005, 0.1];
+/// of, and how many inputs are tried here.
+const KEPT: (f64, f64, u64) = (0.005, 0.1, 100);
 /// The same of roads that were thinned: how sharp a bend is between two points is not known, be it
 /// right or wrong.
-const OF_THINNED: [f64; 2] = [0.03, 0.25];
+const OF_THINNED: (f64, f64, u64) = (0.03, 0.25, 100);
 /// The same of files that were joined: a jump is warned of, whatever it costs.
-const OF_JOINED: [f64; 2] = [0.005, 0.3];
+const OF_JOINED: (f64, f64, u64) = (0.005, 0.3, 100);
 /// The same of points that scatter: what was smoothed is off by chance, and said with its figure
 /// (`scatter`), which is no warning.
-const OF_SCATTER: [f64; 2] = [0.17, 0.2];
+const OF_SCATTER: (f64, f64, u64) = (0.17, 0.2, 200);
 
 /// Numbers and choices of a case.
 struct Chance(Draws);
@@ -102,11 +100,11 @@ fn answer(path: &Path, text: &str, follow: Option<Follow>) -> Answer {
 fn tried(
     kind: &str,
     follow: Option<Follow>,
-    [most_silent, most_alarms]: [f64; 2],
+    (most_silent, most_alarms, count): (f64, f64, u64),
     case: impl Fn(&mut Chance) -> (String, String, String) + Sync,
 ) {
     let asked = std::env::var("OCMC_ODD_INPUTS").ok().and_then(|count| count.parse().ok());
-    let count = asked.unwrap_or(TRIED);
+    let count = asked.unwrap_or(count);
     let folder = tempfile::tempdir().unwrap();
     let one = |id: u64| {
         let (plain, odd, what) = case(&mut Chance::new(kind, id));

@@ -173,7 +173,7 @@ pub(crate) fn check_intervals(value: &Value) {
 #[test]
 fn charge_energy_and_intervals_of_random_studies() {
     let asked = std::env::var("OCMC_RANDOM_STUDIES");
-    let wanted: u64 = asked.map_or(500, |number| number.parse().expect("a number"));
+    let wanted: u64 = asked.map_or(200, |number| number.parse().expect("a number"));
     let mut driven = 0;
     for seed in 0..wanted {
         let (base, sets) = settings(&mut Chance(Draws::new(seed, 0, Stream::Vehicle)));

@@ -53,6 +53,9 @@ const TABLES: [(&str, &[&str]); 13] = [
     ),
 ];
 
+/// Seeds from one study of which all questions are asked to the next.
+const ASKED_EACH: u64 = 400;
+
 /// Longest time of one processor that a study or an answer may take, in s.
 const MOST_S: f64 = 20.0;
 
@@ -267,7 +270,7 @@ fn random_studies_over_all_tables_are_answered_or_refused_in_words() {
             Err(error) => assert!(error.to_string().len() > 20, "{error}"),
         });
         driven += u64::from(is_study);
-        if !is_study || seed % 200 != 0 {
+        if !is_study || seed % ASKED_EACH != 0 {
             continue;
         }
         for question in questions(&keys) {

@@ -492,7 +492,7 @@ impl World<'_> {
 #[test]
 fn run_directories_are_what_a_simple_model_says() {
     let asked = std::env::var("OCMC_SEQUENCES");
-    let cases = asked.map_or(24, |number| number.parse().expect("a number"));
+    let cases = asked.map_or(12, |number| number.parse().expect("a number"));
     let config = ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() };
     // the same sequences in each run of the tests
     let random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);

@@ -299,15 +299,18 @@ mod tests {
 
     #[test]
     fn both_ends_of_every_entry_make_a_study() {
-        for study in STUDIES {
-            let own = load(study.name, NO_SETS).unwrap_or_else(|e| panic!("{}: {e}", study.name));
+        let both_ends = |study: &str| {
+            let own = load(study, NO_SETS).unwrap_or_else(|e| panic!("{study}: {e}"));
             for numbers in own.judged() {
                 for end in [End::Low, End::High] {
                     let (name, moved) = (&numbers.name, own.at_end(numbers, end));
-                    assert!(moved.is_ok(), "{} {name} {end:?}: {}", study.name, moved.unwrap_err());
+                    assert!(moved.is_ok(), "{study} {name} {end:?}: {}", moved.unwrap_err());
                 }
             }
-        }
+        };
+        std::thread::scope(|scope| {
+            STUDIES.iter().for_each(|study| drop(scope.spawn(|| both_ends(study.name))));
+        });
     }
 
     #[test]
