@@ -7,7 +7,7 @@ use ocmc_core::powertrain::efficiency::{EfficiencyCurve, EfficiencyDriveline};
 use ocmc_core::powertrain::{Powertrain, ShiftConvention};
 use ocmc_core::prescribed::{Body, follow_scenario};
 use ocmc_core::study::Study;
-use ocmc_fleet::bound::{Bound, Fineness, Found, bound, bound_scenario, bounds, level_road};
+use ocmc_fleet::bound::{Bound, Fineness, TripBound, bound, bound_scenario, bounds, level_road};
 use ocmc_fleet::run::RunPlan;
 use std::ops::ControlFlow;
 
@@ -99,9 +99,9 @@ fn the_bound_is_never_above_a_driver_and_its_balance_closes() {
         let study = study(name, SHORT);
         for cycle_id in cycles {
             let scenario = study.sample(1, cycle_id);
-            let Bound { driver, optimum, found, cycle, .. } =
+            let Bound { driver, optimum, is_better, cycle, .. } =
                 bound_scenario(&study, &scenario, Fineness::default()).unwrap();
-            assert!(found, "{name} {cycle_id}: {driver:?} {optimum:?}");
+            assert!(is_better, "{name} {cycle_id}: {driver:?} {optimum:?}");
             assert!(optimum.energy_j < driver.energy_j, "{name} {cycle_id}");
             assert!(optimum.duration_s <= driver.duration_s * (1.0 + 1e-9), "{name} {cycle_id}");
             assert!((optimum.distance_m / driver.distance_m - 1.0).abs() < 1e-9);
@@ -131,7 +131,7 @@ fn a_grid_twice_as_fine_says_the_same() {
 #[test]
 fn threads_change_nothing() {
     let study = study("field-truck", &["mission.length_m=5000"]);
-    let of = |found: Found| found.unwrap();
+    let of = |found: TripBound| found.unwrap();
     let [one, two] = [1, 2].map(|threads| {
         let plan = RunPlan::new(1, 0, 3, Some(threads), Some(1));
         let go_on = |_| ControlFlow::<()>::Continue(());

@@ -9,7 +9,7 @@ use crate::watch::{Watch, watched};
 use ocmc_core::kernel::drive::trace::TableColumn;
 use ocmc_core::powertrain::GearOrder;
 use ocmc_core::prescribed::DriveCycle;
-use ocmc_fleet::bound::{Bound, Fineness, Found, Kind, Potential, bounds};
+use ocmc_fleet::bound::{Bound, Fineness, Kind, Potential, TripBound, bounds};
 use ocmc_fleet::ratio::Ratio;
 use ocmc_fleet::run::RunPlan;
 use ocmc_io::number_text::{count_of, grouped, rounded};
@@ -125,8 +125,9 @@ pub fn bound(request: &BoundRequest, watch: &mut Watch) -> Result<BoundAnswer, E
     let BoundRequest { study, plan } = request;
     let clock = Instant::now();
     let alone = plan.cycles == 1;
-    let potential_of =
-        |found: Found| found.map(|(bound, potential)| cycle_potential(&bound, potential, alone));
+    let potential_of = |answer: TripBound| {
+        answer.map(|(bound, potential)| cycle_potential(&bound, potential, alone))
+    };
     let fineness = Fineness::default();
     let answers = watched(plan.cycles, watch, |look| {
         bounds(&study.study, plan, fineness, &potential_of, look)
@@ -217,7 +218,7 @@ fn cycle_potential(bound: &Bound, potential: Option<Potential>, alone: bool) -> 
         driver_gear_shifts: driver.n_gear_shifts,
         bound_gear_shifts: optimum.n_gear_shifts,
         time_price_w: bound.price_w,
-        better: bound.found,
+        better: bound.is_better,
     };
     let optimum = alone.then(|| series(&bound.cycle));
     CyclePotential { bound: cycle, parts_j, lengths_m, by_road_type_j, optimum }

@@ -229,7 +229,7 @@ impl Answer for RangeAnswer {
             [String::new(), "trips".to_owned()].into_iter().chain(shares).collect();
         let head: Vec<&str> = head.iter().map(String::as_str).collect();
         let groups = self.range.by_season.iter().chain(&self.range.by_payload);
-        let rows = groups.map(|group| cells(&group.group, &group.of));
+        let rows = groups.map(|group| cells(&group.group, &group.range));
         let intervals = all.arriving.iter().map(interval);
         let ends = ["  95 % interval".to_owned(), String::new()].into_iter().chain(intervals);
         let first = [cells("all", all), ends.collect()];

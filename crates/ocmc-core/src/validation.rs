@@ -19,7 +19,7 @@ pub struct Problem {
 pub struct Problems {
     /// Path of the part whose rules are applied.
     part: String,
-    found: Vec<Problem>,
+    problems: Vec<Problem>,
 }
 
 impl Problems {
@@ -41,7 +41,7 @@ impl Problems {
     /// Notes a key whose rule does not hold.
     pub fn require(&mut self, holds: bool, key: &str, value: impl fmt::Display, allowed: &str) {
         if !holds {
-            self.found.push(Problem {
+            self.problems.push(Problem {
                 path: path(&self.part, key),
                 value: value.to_string(),
                 allowed: allowed.to_owned(),
@@ -55,8 +55,8 @@ impl Problems {
     }
 
     /// Problems that were found.
-    pub fn into_found(self) -> Vec<Problem> {
-        self.found
+    pub fn into_problems(self) -> Vec<Problem> {
+        self.problems
     }
 }
 

@@ -14,7 +14,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spread {
     /// Id of the truck, or driver.
-    of: u64,
+    owner: u64,
     n: f64,
     mean: f64,
     squares: f64,
@@ -22,13 +22,13 @@ pub(super) struct Spread {
 
 impl Spread {
     /// Spread of nothing yet, of this truck or driver.
-    pub(super) fn of(of: u64) -> Self {
-        Self { of, ..Self::default() }
+    pub(super) fn of(owner: u64) -> Self {
+        Self { owner, ..Self::default() }
     }
 
     /// Whether it is of this one.
-    pub(super) fn is_of(&self, of: u64) -> bool {
-        self.of == of
+    pub(super) fn is_of(&self, owner: u64) -> bool {
+        self.owner == owner
     }
 
     pub(super) fn add(&mut self, value: f64) {

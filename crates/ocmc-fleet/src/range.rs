@@ -107,7 +107,7 @@ pub struct RangeGroup {
     pub group: String,
     /// How far they come.
     #[serde(flatten)]
-    pub of: RangeOf,
+    pub range: RangeOf,
 }
 
 /// Seasons by month, from January.
@@ -171,7 +171,7 @@ pub fn summarise(trips: &[RangeTrip], dependence: Dependence) -> Option<RangeSum
     });
     let group = |name: String, is: &dyn Fn(&RangeTrip) -> bool| {
         let own: Vec<RangeTrip> = trips.iter().copied().filter(|trip| is(trip)).collect();
-        (!own.is_empty()).then(|| RangeGroup { group: name, of: range_of(&own, dependence) })
+        (!own.is_empty()).then(|| RangeGroup { group: name, range: range_of(&own, dependence) })
     };
     let seasons = SEASONS.iter().enumerate();
     let by_season = seasons.filter_map(|(k, name)| {
@@ -241,7 +241,7 @@ mod tests {
         let trips: Vec<RangeTrip> =
             (0..730).map(|k| trip(k, 1000.0 * (100 + k % 90) as f64, Outcome::Depleted)).collect();
         let range = summarise(&trips, Dependence::default()).expect("trips");
-        let count = |groups: &[RangeGroup]| groups.iter().map(|g| g.of.trips).sum::<u64>();
+        let count = |groups: &[RangeGroup]| groups.iter().map(|g| g.range.trips).sum::<u64>();
         assert_eq!((count(&range.by_season), count(&range.by_payload)), (730, 730));
         let names: Vec<&str> = range.by_payload.iter().map(|g| g.group.as_str()).collect();
         assert_eq!(names, ["empty", "0.0 to 1.0 t", "1.0 to 2.0 t", "2.0 to 3.0 t"]);

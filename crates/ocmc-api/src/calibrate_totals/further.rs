@@ -1,7 +1,7 @@
 //! The worth of further columns of a table.
 
 use super::design::Driven;
-use super::{Found, Question};
+use super::{Estimate, Question};
 use crate::totals_rows::Rows;
 use ocmc_estimation::calibration::totals::{
     Emulator, Known, Member, Response, Shared, TotalsRow, expected,
@@ -24,7 +24,7 @@ pub struct Further {
 }
 
 /// The columns, that which would tell most first.
-pub(super) fn further(estimate: &Found, driven: &[Driven], rows: &Rows) -> Vec<Further> {
+pub(super) fn further(estimate: &Estimate, driven: &[Driven], rows: &Rows) -> Vec<Further> {
     let members: Vec<Member> = driven.iter().map(|driven| driven.member.clone()).collect();
     // rows as the design has them
     let count = rows.totals.len();

@@ -202,7 +202,7 @@ pub(crate) fn calibrated(
             }
             done += TRIPS + ASKED * questions.len() as u64;
         }
-        let estimate = Found::of(&design, &members, &questions);
+        let estimate = Estimate::of(&design, &members, &questions);
         // ways between fills hold several trips: their quantiles are not those of trips
         let target = (!table.of_fills).then(|| Target {
             rows: Shape::of_each(&rows.lengths(), rows.without_noise(noise)),
@@ -278,7 +278,7 @@ pub(crate) fn calibrated(
 }
 
 /// The findings of a calibration.
-struct Found {
+struct Estimate {
     known: Known,
     emulator: Emulator,
     posterior: Posterior,
@@ -287,7 +287,7 @@ struct Found {
     questions: Vec<(Question, MemberEmulator)>,
 }
 
-impl Found {
+impl Estimate {
     fn of(design: &Design, driven: &[Driven], questions: &[Question]) -> Self {
         let rows = design.rows;
         let members: Vec<Member> = driven.iter().map(|driven| driven.member.clone()).collect();

@@ -124,7 +124,7 @@ fn root(squares: impl IntoIterator<Item = Shape>) -> Shape {
 
 /// An entry of one study or of both.
 struct Entry<'a> {
-    of: [Option<&'a JudgedNumbers>; 2],
+    of_studies: [Option<&'a JudgedNumbers>; 2],
     /// The records at each end, of each study.
     ends: [Vec<Vec<Record>>; 2],
     studies: [Vec<Study>; 2],
@@ -135,7 +135,7 @@ struct Entry<'a> {
 
 impl<'a> Entry<'a> {
     fn numbers(&self) -> Option<&'a JudgedNumbers> {
-        self.of[0].or(self.of[1])
+        self.of_studies[0].or(self.of_studies[1])
     }
 
     fn square(&self, change_of: fn(&Changes) -> Change) -> f64 {
@@ -253,21 +253,21 @@ pub fn doubt(request: &DoubtRequest, watch: &mut Watch) -> Result<DoubtAnswer, E
 
 /// The entries of the studies; one that both have is one.
 fn entries<'a>(studies: &[&'a LoadedStudy]) -> Vec<Entry<'a>> {
-    let entry = |of| {
+    let entry = |of_studies| {
         let (ends, studies) = ([vec![], vec![]], [vec![], vec![]]);
-        Entry { of, ends, studies, refused: None, low: None, high: None }
+        Entry { of_studies, ends, studies, refused: None, low: None, high: None }
     };
     let of_first = studies[0].judged().iter();
     let mut entries: Vec<Entry> = of_first.map(|numbers| entry([Some(numbers), None])).collect();
     for numbers in studies.get(1).into_iter().flat_map(|study| study.judged()) {
         let same = |own: &&mut Entry| {
-            own.of[0].is_some_and(|own| {
+            own.of_studies[0].is_some_and(|own| {
                 let has = |key: &JudgedKey| own.keys.iter().any(|other| other.path == key.path);
                 own.name == numbers.name && numbers.keys.iter().any(has)
             })
         };
         match entries.iter_mut().find(same) {
-            Some(own) => own.of[1] = Some(numbers),
+            Some(own) => own.of_studies[1] = Some(numbers),
             None => entries.push(entry([None, Some(numbers)])),
         }
     }
@@ -305,7 +305,7 @@ impl Driver<'_> {
     ) -> ControlFlow<()> {
         for (k, end) in [End::Low, End::High].into_iter().enumerate() {
             if entry.studies[k].is_empty() {
-                let moved = studies.iter().zip(entry.of).map(|(study, of)| match of {
+                let moved = studies.iter().zip(entry.of_studies).map(|(study, of)| match of {
                     Some(numbers) => study.at_end(numbers, end).map(|moved| moved.study),
                     None => Ok(study.study.clone()),
                 });

@@ -209,7 +209,7 @@ impl Fits {
         what: &'static str,
         command: &'static str,
         files: &[Source],
-        fitted: Result<Found, Error>,
+        fitted: Result<ValuesAndNotes, Error>,
     ) {
         self.tried(request, (what, command), named(request, files), fitted);
     }
@@ -220,7 +220,7 @@ impl Fits {
         request: &LearnRequest,
         (what, command): (&'static str, &'static str),
         sources: String,
-        fitted: Result<Found, Error>,
+        fitted: Result<ValuesAndNotes, Error>,
     ) {
         let with = fitted.map_err(|error| error.to_string()).and_then(|(values, warnings)| {
             self.warnings.extend(warnings.into_iter().map(|words| format!("{what}: {words}")));
@@ -303,9 +303,9 @@ fn hills_and_missions(mut values: Value) -> Value {
 }
 
 /// Values of a part, and what is odd in them.
-type Found = (Value, Vec<String>);
+type ValuesAndNotes = (Value, Vec<String>);
 
-fn values<Fit: Serialize>(answer: FitAnswer<Fit>) -> Found {
+fn values<Fit: Serialize>(answer: FitAnswer<Fit>) -> ValuesAndNotes {
     let warnings = answer.warnings();
     (answer.study, warnings)
 }

@@ -144,7 +144,7 @@ impl<'de> Visitor<'de> for QuantityVisitor {
     }
     fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Quantity, M::Error> {
         let mut level_keys = LevelKeys::default();
-        let law = WithoutLevelKeys { map, found: &mut level_keys };
+        let law = WithoutLevelKeys { map, level_keys: &mut level_keys };
         let law = Law::deserialize(MapAccessDeserializer::new(law))?;
         let LevelKeys { level, truck_sd, truck_log_sd } = level_keys;
         if level.is_none() && truck_sd.is_none() && truck_log_sd.is_none() {
@@ -166,7 +166,7 @@ struct LevelKeys {
 /// A table less the keys that stand beside its law.
 struct WithoutLevelKeys<'a, M> {
     map: M,
-    found: &'a mut LevelKeys,
+    level_keys: &'a mut LevelKeys,
 }
 
 impl<'de, M: MapAccess<'de>> MapAccess<'de> for WithoutLevelKeys<'_, M> {
@@ -179,11 +179,11 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for WithoutLevelKeys<'_, M> {
         let [level, truck_sd, truck_log_sd] = LEVEL_KEYS;
         while let Some(key) = self.map.next_key::<String>()? {
             if key == level {
-                self.found.level = Some(self.map.next_value()?);
+                self.level_keys.level = Some(self.map.next_value()?);
             } else if key == truck_sd {
-                self.found.truck_sd = Some(self.map.next_value()?);
+                self.level_keys.truck_sd = Some(self.map.next_value()?);
             } else if key == truck_log_sd {
-                self.found.truck_log_sd = Some(self.map.next_value()?);
+                self.level_keys.truck_log_sd = Some(self.map.next_value()?);
             } else {
                 return seed.deserialize(key.into_deserializer()).map(Some);
             }

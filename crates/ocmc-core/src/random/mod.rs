@@ -218,18 +218,18 @@ impl<'a> Streams<'a> {
     fn place(&self, level: Level, ids: Ids) -> Place {
         let batch = Sampling::Sobol.batch();
         if level == Level::Trip && self.nesting.trips_per_truck > 1 {
-            let of = Ids { trip: ids.trip / batch, ..ids };
-            return Place { of, is_of_truck: true, index: ids.trip % batch };
+            let whole = Ids { trip: ids.trip / batch, ..ids };
+            return Place { batch: whole, is_of_truck: true, index: ids.trip % batch };
         }
-        let of = Ids::of_cycle(ids.id / batch);
-        Place { of, is_of_truck: false, index: ids.id % batch }
+        let whole = Ids::of_cycle(ids.id / batch);
+        Place { batch: whole, is_of_truck: false, index: ids.id % batch }
     }
 }
 
 /// A batch, and the index in it.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    of: Ids,
+    batch: Ids,
     /// Whether it is a batch of trips of one truck.
     is_of_truck: bool,
     index: u64,
@@ -282,7 +282,7 @@ impl Draws {
     /// Its first draws spread evenly over a batch.
     fn spread(self, seed: u64, sample: Sample, place: Place, stream: Stream) -> Self {
         let flipped = sample as u8 | SCRAMBLING | if place.is_of_truck { OF_TRUCK } else { 0 };
-        let scrambling = generator(seed, flipped, place.of, stream);
+        let scrambling = generator(seed, flipped, place.batch, stream);
         Self { point: Point::new(scrambling, place.index), ..self }
     }
 

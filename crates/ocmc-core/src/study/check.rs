@@ -34,7 +34,7 @@ pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
 pub fn outside_bounds(tree: &Value) -> Vec<Problem> {
     let mut problems = Problems::default();
     within_bounds(tree, Key(&declarations()), &mut problems);
-    problems.into_found()
+    problems.into_problems()
 }
 
 /// Problems by the rules beside the models, of numbers that are each within their range.
@@ -67,7 +67,7 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
         problems.part("charging", |problems| departs_above(model, charging, problems));
     }
     draws_within(model, &mut problems);
-    problems.into_found()
+    problems.into_problems()
 }
 
 /// Payloads that are given as numbers are legal, and the engine has the power that a body is to
@@ -107,7 +107,7 @@ fn loads_within(model: &StudyModel, problems: &mut Problems) {
 fn power_take_off_w(vehicle: &VehicleModel) -> Option<f64> {
     let mut problems = Problems::default();
     vehicle.validate(&mut problems);
-    if !problems.into_found().is_empty() {
+    if !problems.into_problems().is_empty() {
         return None;
     }
     vehicle.prepare().powertrain.power_take_off_w(vehicle.auxiliary_power_w.centre())

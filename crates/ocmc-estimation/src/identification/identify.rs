@@ -26,7 +26,7 @@ use super::bounded_least_squares::Optimum;
 use super::event::{EventError, EventSummary, PedalLog};
 use super::options::{IdentifyOptions, SpeedTerm};
 use super::problem::Problem;
-use super::search::{Found, Searched, is_smooth};
+use super::search::{Best, Searched, is_smooth};
 use nalgebra::{DMatrix, DVector};
 use ocmc_core::study::Study;
 use ocmc_fleet::run::pool;
@@ -157,8 +157,8 @@ pub(super) fn identified(
     if stopped() {
         return Err(EventError::Stopped);
     }
-    let Searched { problem, optima, starts, found } = searched;
-    let Found { good, comparison, test, mut misfits } = found;
+    let Searched { problem, optima, starts, best } = searched;
+    let Best { good, comparison, test, mut misfits } = best;
     let best = &optima[*good.first().expect("the best one is as good as itself")];
     let deviation = test.deviation(resolution_sd(options));
     if options.speed_term != SpeedTerm::None {

@@ -45,7 +45,7 @@ pub(super) struct Searched<'a> {
     pub(super) optima: Vec<Optimum>,
     /// How many of them are of starts.
     pub(super) starts: usize,
-    pub(super) found: Found,
+    pub(super) best: Best,
 }
 
 impl<'a> Searched<'a> {
@@ -58,7 +58,7 @@ impl<'a> Searched<'a> {
         stop: &'a AtomicBool,
     ) -> Self {
         let problem = Problem::new(study, log, options, mass, stop);
-        let (mut optima, mut found) = (Vec::new(), Found::default());
+        let (mut optima, mut best) = (Vec::new(), Best::default());
         let wanted = options.starts.max(1);
         for round in 0..ROUNDS {
             // the truck that is expected leads half of them through the shifts of its gearbox
@@ -75,19 +75,19 @@ impl<'a> Searched<'a> {
             if problem.is_stopped() {
                 break;
             }
-            found = Found::of(&problem, &optima);
-            let agreed = found.good.len() > 1 || options.starts == 1;
-            if agreed && found.misfits.is_empty() {
+            best = Best::of(&problem, &optima);
+            let agreed = best.good.len() > 1 || options.starts == 1;
+            if agreed && best.misfits.is_empty() {
                 break;
             }
         }
         let starts = optima.len();
-        let mut within = Self { problem, optima, starts, found }.looked_around();
+        let mut within = Self { problem, optima, starts, best }.looked_around();
         match within.free(study, log, mass, stop) {
-            Some(free) if free.found.misfits.is_empty() => free,
+            Some(free) if free.best.misfits.is_empty() => free,
             // the bound of K_D alone has hidden that the fit does not explain the pedals
             Some(free) => {
-                within.found.misfits = free.found.misfits;
+                within.best.misfits = free.best.misfits;
                 within
             }
             None => within,
@@ -105,15 +105,15 @@ impl<'a> Searched<'a> {
             if self.problem.is_stopped() {
                 break;
             }
-            let agreed = self.found.good.len() as f64 >= AGREED * self.optima.len() as f64;
-            let explained = look > 0 || self.found.misfits.is_empty();
+            let agreed = self.best.good.len() as f64 >= AGREED * self.optima.len() as f64;
+            let explained = look > 0 || self.best.misfits.is_empty();
             if agreed && explained {
                 break;
             }
-            let deviation = self.found.test.deviation(resolution_sd(&options));
+            let deviation = self.best.test.deviation(resolution_sd(&options));
             let points = around(&self.problem, self.best(), deviation, look);
             self.optima.extend(ends(&self.problem, &points, &self.problem.bounds));
-            self.found = Found::of(&self.problem, &self.optima);
+            self.best = Best::of(&self.problem, &self.optima);
         }
         self
     }
@@ -130,22 +130,22 @@ impl<'a> Searched<'a> {
         let [least, most] = options.derivative;
         // a delay explains what a K_D below 0 does
         let may_be = is_smooth(&options) && !options.unknown.delay && least == 0.0;
-        if !may_be || !self.found.misfits.is_empty() || self.problem.is_stopped() {
+        if !may_be || !self.best.misfits.is_empty() || self.problem.is_stopped() {
             return None;
         }
         let options = IdentifyOptions { derivative: [-most, most], ..options };
         let problem = Problem::new(study, log, options, mass, stop);
         let from: Vec<Vec<f64>> = self.optima.iter().map(|end| end.parameters.clone()).collect();
         let optima = ends(&problem, &from, &problem.bounds);
-        let found = Found::of(&problem, &optima);
-        let free = Self { problem, optima, starts: self.starts, found }.looked_around();
+        let best = Best::of(&problem, &optima);
+        let free = Self { problem, optima, starts: self.starts, best }.looked_around();
         let gain = free.problem.names.iter().position(|name| *name == "kd")?;
         let inside = !free.problem.is_at_bound(gain, &free.best().parameters);
         inside.then_some(free)
     }
 
     fn best(&self) -> &Optimum {
-        &self.optima[self.found.good[0]]
+        &self.optima[self.best.good[0]]
     }
 }
 
@@ -188,7 +188,7 @@ fn around(problem: &Problem, optimum: &Optimum, deviation: f64, look: usize) -> 
 
 /// The best of some optima, and whether it explains the pedals.
 #[derive(Default)]
-pub(super) struct Found {
+pub(super) struct Best {
     /// Places of the optima that are as good, the best one first.
     pub(super) good: Vec<usize>,
     pub(super) comparison: Comparison,
@@ -196,7 +196,7 @@ pub(super) struct Found {
     pub(super) misfits: Vec<String>,
 }
 
-impl Found {
+impl Best {
     fn of(problem: &Problem, optima: &[Optimum]) -> Self {
         let options = &problem.options;
         let mut order: Vec<usize> = (0..optima.len()).collect();

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
 
 /// A bound with its potential, or why there is none.
-pub type Found = Result<(Bound, Option<Potential>), BoundError>;
+pub type TripBound = Result<(Bound, Option<Potential>), BoundError>;
 
 /// Results of `of` for the bounds of the cycles of a plan, in order of the cycle ids; it does not
 /// depend on the threads. `progress` receives the number of cycles done, several times a second;
@@ -16,7 +16,7 @@ pub fn bounds<T: Send, B>(
     study: &Study,
     plan: &RunPlan,
     fineness: Fineness,
-    answer_of: &(dyn Fn(Found) -> T + Sync),
+    answer_of: &(dyn Fn(TripBound) -> T + Sync),
     progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<T>> {
     let one = |id: u64, stop: &AtomicBool| {

@@ -26,7 +26,7 @@ mod sweep;
 mod tests;
 
 pub use driven::{Driven, DrivenLeg, Heights};
-pub use fleet::{Found, bounds};
+pub use fleet::{TripBound, bounds};
 pub use grid::Fineness;
 pub use level::{LevelRoad, level_road};
 pub use ocmc_core::event_kind::Kind;
@@ -112,7 +112,7 @@ pub struct Bound {
     /// The optimum in the backward mode; the driver's own where the search found nothing better.
     pub optimum: Figure,
     /// Whether the search found better than the driver.
-    pub found: bool,
+    pub is_better: bool,
     /// Worth of a second more, in W; none where nothing was found.
     pub price_w: Option<f64>,
     /// The optimum, speed and gears over time.
@@ -262,7 +262,7 @@ impl<'a> Trip<'a> {
                 answer.price_w,
             ))
         });
-        let found = better.is_some();
+        let is_better = better.is_some();
         let price_w = better.as_ref().map(|(_, _, price_w)| *price_w);
         let (optimum, cycle) = match better {
             Some((optimum, cycle, _)) => (optimum, cycle),
@@ -270,7 +270,10 @@ impl<'a> Trip<'a> {
         };
         let record = self.driven.record.clone();
         let cycle_id = self.scenario.cycle_id;
-        (Bound { cycle_id, record, driver, optimum, found, price_w, cycle, driven_cycle }, tracks)
+        (
+            Bound { cycle_id, record, driver, optimum, is_better, price_w, cycle, driven_cycle },
+            tracks,
+        )
     }
 
     /// The least energy in so much time, where the speed is free; `around`: tracks of the legs that

@@ -137,7 +137,7 @@ impl Track {
 }
 
 /// The ways of all legs at the prices that were asked for.
-struct Found<'a, const N: usize> {
+struct WaysAtPrices<'a, const N: usize> {
     searches: &'a [Search<'a>],
     swept: &'a [Swept<N>],
     /// By leg and price.
@@ -146,7 +146,7 @@ struct Found<'a, const N: usize> {
     times_s: [Option<f64>; N],
 }
 
-impl<'a, const N: usize> Found<'a, N> {
+impl<'a, const N: usize> WaysAtPrices<'a, N> {
     fn new(searches: &'a [Search<'a>], swept: &'a [Swept<N>]) -> Self {
         let ways = searches.iter().map(|_| [const { None }; N]).collect();
         Self { searches, swept, ways, times_s: [None; N] }
@@ -221,8 +221,8 @@ impl Question<'_> {
             let swept: Option<Vec<Swept<N>>> =
                 searches.iter().map(|search| Swept::of(search, &prices, self.stop)).collect();
             let swept = swept?;
-            let mut at_prices = Found::new(&searches, &swept);
-            let in_time = |at_prices: &mut Found<N>, price: usize| {
+            let mut at_prices = WaysAtPrices::new(&searches, &swept);
+            let in_time = |at_prices: &mut WaysAtPrices<N>, price: usize| {
                 at_prices.time_s(price) <= self.most_s * (1.0 + ROUNDING)
             };
             // a higher price takes no longer
@@ -304,7 +304,7 @@ impl Question<'_> {
 
     /// Takes the time that is still left: a leg goes at the higher price of time up to some place,
     /// and from there on at the lower one.
-    fn fill<const N: usize>(&self, answer: &mut Answer, at_prices: &Found<N>, high: usize) {
+    fn fill<const N: usize>(&self, answer: &mut Answer, at_prices: &WaysAtPrices<N>, high: usize) {
         if high == 0 || self.most_s.is_infinite() {
             return;
         }

@@ -145,6 +145,6 @@ mod tests {
         let mut problems = Problems::default();
         model(&[0.0, 100e3], &[0.0, 90e3]).validate(&mut problems);
         model(&[10.0, 100e3], &[20.0, 190e3]).validate(&mut problems);
-        assert_eq!(problems.into_found().len(), 2);
+        assert_eq!(problems.into_problems().len(), 2);
     }
 }

@@ -53,7 +53,7 @@ pub struct Table {
     columns: Vec<Column>,
     rows: Rows,
     /// Findings of the header.
-    found: Vec<Finding>,
+    findings: Vec<Finding>,
 }
 
 impl Table {
@@ -68,12 +68,12 @@ impl Table {
         mappings: &[Mapping],
     ) -> Result<Self, TableError> {
         let path = source.path().to_owned();
-        let Opened { names, rows, found } = source::open(source, schema.style)?;
+        let Opened { names, rows, findings } = source::open(source, schema.style)?;
         if names.iter().all(String::is_empty) {
             return Err(TableError::of(&path, Fault::Empty));
         }
         let columns = schema.find(&path, &names, mappings)?;
-        Ok(Self { path, schema, names, columns, rows, found })
+        Ok(Self { path, schema, names, columns, rows, findings })
     }
 
     /// Path of the table.
@@ -218,8 +218,8 @@ impl Table {
     ) -> Result<FileAccount, TableError> {
         let mut account = self.account();
         let is_export = self.is_export();
-        let Self { path, schema, names, columns, rows, mut found } = self;
-        account.findings.append(&mut found);
+        let Self { path, schema, names, columns, rows, mut findings } = self;
+        account.findings.append(&mut findings);
         let watched = RefCell::new(vec![Watched::default(); columns.len()]);
         let (path_of, style) = (&path, schema.style);
         let decimals = match &rows {

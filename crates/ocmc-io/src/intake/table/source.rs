@@ -44,7 +44,7 @@ pub(super) struct Opened {
     pub(super) names: Vec<String>,
     pub(super) rows: Rows,
     /// Findings so far.
-    pub(super) found: Vec<Finding>,
+    pub(super) findings: Vec<Finding>,
 }
 
 /// Where the rows come from.
@@ -123,16 +123,16 @@ fn of_format(
     let read = format.read(path, &bytes);
     let wrong = |reason| TableError::of(path, Fault::OfFormat(reason));
     match read.map_err(wrong)? {
-        Content::Columns(table, found) => Ok(Opened { found, ..given(table) }),
-        Content::Cells(text, mut found) => {
+        Content::Columns(table, findings) => Ok(Opened { findings, ..given(table) }),
+        Content::Cells(text, mut findings) => {
             let text: Box<dyn Read> = if style == Style::Description {
                 in_memory(&text)
             } else {
                 Box::new(Cursor::new(text))
             };
             let mut opened = of_text(path, text, style)?;
-            found.append(&mut opened.found);
-            Ok(Opened { found, ..opened })
+            findings.append(&mut opened.findings);
+            Ok(Opened { findings, ..opened })
         }
     }
 }
@@ -256,12 +256,12 @@ fn of_text(path: &Path, text: Box<dyn Read>, style: Style) -> Result<Opened, Tab
     } else {
         rows.first = first;
     }
-    Ok(Opened { names, rows: Rows::Text(rows), found: mended })
+    Ok(Opened { names, rows: Rows::Text(rows), findings: mended })
 }
 
 fn given(table: GivenTable) -> Opened {
     let names = table.names().iter().map(|name| name.trim().to_owned()).collect();
-    Opened { names, rows: Rows::Given(table), found: Vec::new() }
+    Opened { names, rows: Rows::Given(table), findings: Vec::new() }
 }
 
 fn parquet(path: &Path) -> Result<Opened, TableError> {
