@@ -170,9 +170,9 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     simulated one: both bias the gains, and there are no intervals with them. Without this term
 ///     they are unbiased.
 /// unknown : sequence of {"delay", "mass", "resistance", "none"}, optional
-///     Other unknowns, which are estimated with the gains: how late the driver sees the speed, the
-///     mass of the truck, and its resistance in rolling and in air. All of them with a PID and
-///     without a speed term, otherwise none.
+///     What else is estimated. ``delay`` is how late the driver sees the speed, ``mass`` that of
+///     the truck, ``resistance`` that in rolling and in air. All of them with a PID and without a
+///     speed term, otherwise none.
 /// starts : int
 ///     Starts of the search for each event, at least 1.
 /// kp : tuple of float
