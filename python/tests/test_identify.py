@@ -50,10 +50,10 @@ def test_the_gains_behind_a_trace_come_back(log, answer):
 
 
 def test_the_command_gives_the_same_answer(log, simulator, tmp_path):
-    # two of the six slopes: as many events as differ
-    log = {name: column[:4000] for name, column in log[0].items()}
+    # half of the drive
+    log = {name: column[: len(column) // 2] for name, column in log[0].items()}
     answer = ocmc.identify(log, simulator, **QUICK)
-    assert len(answer["fits"]) == 2
+    assert len(answer["fits"]) >= 2
     path = tmp_path / "log.csv"
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file)

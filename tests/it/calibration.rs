@@ -52,7 +52,7 @@ fn the_law_that_drove_comes_back_from_the_curves_it_left() {
 fn a_table_that_no_law_gives_back_is_told_with_what_makes_the_rest() {
     let base = study("field-truck", &[ROAD]);
     let options = CalibrationOptions {
-        trips: Trips { seed: 5, drivers: 20, per_driver: 1, threads: 0 },
+        trips: Trips { seed: 5, drivers: 30, per_driver: 1, threads: 0 },
         ..CalibrationOptions::default()
     };
     let mut numbers = MeasuredCurves::of_law(&base.model().driver.curve_speed).unwrap().numbers;

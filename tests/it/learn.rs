@@ -53,7 +53,7 @@ fn weather() -> String {
 }
 
 fn learnt(folder: &Path, seed: u64) -> Result<LearnAnswer, Error> {
-    let base = &study::load("field-truck", &[] as &[&str]).unwrap();
+    let base = &study::load("field-truck", &FLEET[..1]).unwrap();
     let request = LearnRequest {
         folder: folder.to_owned(),
         mappings: Vec::new(),

@@ -352,8 +352,7 @@ impl SummaryBuilder {
         let statistics = self.statistics(&means, &clusters, adjustment.as_ref());
         let trucks = std::mem::take(&mut self.trucks);
         let totals = |k: usize| self.totals(&QUANTITIES[k]).collect();
-        let totals =
-            TripTotals { clusters: &clusters, cycle_ids: &self.cycle_ids, contributions: &totals };
+        let totals = TripTotals { clusters: &clusters, cycle_ids: &self.cycle_ids, parts: &totals };
         let currency = self.prices.as_ref().map(TripPrices::currency);
         let trucks = trucks.finish(self.dependence, &totals, currency);
         Summary {

@@ -172,7 +172,7 @@ pub(super) struct TripTotals<'a> {
     /// Ids of the trips that count, in their order.
     pub(super) cycle_ids: &'a [u64],
     /// Contributions to a quantity, (cycle id, y, x) of the trips that have it.
-    pub(super) contributions: &'a dyn Fn(usize) -> Vec<(u64, f64, f64)>,
+    pub(super) parts: &'a dyn Fn(usize) -> Vec<(u64, f64, f64)>,
 }
 
 impl SharedTrip {
@@ -287,7 +287,7 @@ impl TruckYearBuilder {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let mut row = 0;
-        let influences = (totals.contributions)(quantity).into_iter().map(|(id, y, x)| {
+        let influences = (totals.parts)(quantity).into_iter().map(|(id, y, x)| {
             while totals.cycle_ids[row] < id {
                 row += 1;
             }

@@ -296,7 +296,7 @@ pub fn read_in_parts(
             return Err(TableError::of(source.path(), fault));
         }
         for column in &texts {
-            let words = drives.trips[drive].words.entry(column.quantity).or_default();
+            let words = drives.logged[drive].words.entry(column.quantity).or_default();
             words.push(row.text(column.quantity));
         }
         Ok(())
@@ -360,7 +360,7 @@ struct Trips {
     is_mixed: bool,
     /// Labels of the row before, and the place of their drive.
     last: Option<([String; 4], usize)>,
-    trips: Vec<LoggedTrip>,
+    logged: Vec<LoggedTrip>,
     /// Values of each drive, in the order of their columns.
     values: Vec<Vec<Vec<f64>>>,
 }
@@ -374,7 +374,7 @@ impl Trips {
             rows: 0,
             is_mixed: false,
             last: None,
-            trips: Vec::new(),
+            logged: Vec::new(),
             values: Vec::new(),
         }
     }
@@ -418,7 +418,7 @@ impl Trips {
             let [truck, driver, drive, event] =
                 labels.each_ref().map(|text| (!text.is_empty()).then(|| text.clone()));
             let name = || truck.clone().unwrap_or_else(|| self.name.clone());
-            self.trips.push(LoggedTrip {
+            self.logged.push(LoggedTrip {
                 driver: driver.unwrap_or_else(name),
                 drive: drive.unwrap_or_else(name),
                 truck,
@@ -430,7 +430,7 @@ impl Trips {
             // drives mostly follow each other: the one before is complete
             self.values.iter_mut().rev().take(1).flatten().for_each(Vec::shrink_to_fit);
             self.values.push(vec![Vec::new(); columns]);
-            Some(self.trips.len() - 1)
+            Some(self.logged.len() - 1)
         });
         self.is_mixed |= place.is_none();
         place.unwrap_or(0)
@@ -438,7 +438,7 @@ impl Trips {
 
     /// The drives with the values that were added, or with whole columns that stand for them.
     fn finish(self, columns: &[Column], whole: &[Option<Float64Array>]) -> Vec<LoggedTrip> {
-        let mut drives = self.trips;
+        let mut drives = self.logged;
         for (drive, values) in drives.iter_mut().zip(self.values) {
             let arrays = values.into_iter().zip(whole);
             let arrays = arrays.map(|(mut values, whole)| {

@@ -40,8 +40,9 @@ pub(super) fn run_baseline<T: SimdTask>(task: T) -> T::Answer {
 impl CpuLevel {
     /// Runs a task with the instructions of this level.
     pub(super) fn run<T: SimdTask>(self, task: T) -> T::Answer {
-        #[cfg(all(target_arch = "x86_64", not(any(test, unoptimised))))]
-        if self == Self::Avx512
+        #[cfg(target_arch = "x86_64")]
+        if cfg!(not(any(test, unoptimised)))
+            && self == Self::Avx512
             && let Some(simd) = Level::new().as_avx512()
         {
             return simd.vectorize(
@@ -54,8 +55,9 @@ impl CpuLevel {
 
     /// As [`Self::run`], with AVX2 at most: what is seldom asked need not be compiled for all.
     pub(super) fn run_narrow<T: SimdTask>(self, task: T) -> T::Answer {
-        #[cfg(all(target_arch = "x86_64", not(any(test, unoptimised))))]
-        if self >= Self::Avx2
+        #[cfg(target_arch = "x86_64")]
+        if cfg!(not(any(test, unoptimised)))
+            && self >= Self::Avx2
             && let Some(simd) = Level::new().as_avx2()
         {
             return simd.vectorize(
