@@ -119,6 +119,8 @@ def text(thing):
         elif re.fullmatch(r"[\w, ]+ : .+", line):
             name, _, kind = line.partition(" : ")
             out.append(f"- `{name}`: {kind}  ")
+        elif line and below.startswith("    "):
+            out.append(f"- `{line}`  " if re.fullmatch(r"[\w.]+", line) else f"- {line}  ")
         else:
             out.append(line)
     if code:
@@ -166,7 +168,7 @@ def pages():
     for place, (file, title, names) in enumerate(THEMES):
         parts = list(of_theme(names + rest * (place == 0), named))
         made[f"python/{file}.md"] = "\n".join([f"# {title}\n", *(section(*part) for part in parts)])
-        index.append(f"## [{title}](python/{file}.md)\n\n| name | what it is |\n|---|---|")
+        index.append(f"## {title}\n\n| name | what it is |\n|---|---|")
         for name, thing, _ in parts:
             anchor = re.sub(r"[^\w-]", "", name.lower())
             index[-1] += f"\n| [`{name}`](python/{file}.md#{anchor}) | {summary(thing)} |"
