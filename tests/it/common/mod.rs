@@ -174,6 +174,12 @@ pub(crate) fn number(record: &Record, name: &str) -> f64 {
 /// Energy that the battery's store lost, and that a fuel cell gave, less all its uses, over the
 /// energy that moved.
 pub(crate) fn electric_balance(r: &Record) -> f64 {
+    let [open_j, given_j] = electric_open_j(r);
+    open_j / given_j.abs().max(r.wheel_energy_j)
+}
+
+/// What the stores have given and nothing has taken, and all that they have given, in J.
+pub(crate) fn electric_open_j(r: &Record) -> [f64; 2] {
     let spent = r.battery_loss_j.unwrap()
         + r.motor_loss_j.unwrap()
         + r.auxiliary_energy_j
@@ -186,7 +192,7 @@ pub(crate) fn electric_balance(r: &Record) -> f64 {
         + r.potential_change_j;
     let cell = number(r, "fuel_cell_input_j") - number(r, "fuel_cell_loss_j");
     let given = r.amount(Carrier::Electricity).unwrap() + cell;
-    (given - spent) / given.abs().max(r.wheel_energy_j)
+    [given - spent, given]
 }
 
 /// Mean and standard error.
