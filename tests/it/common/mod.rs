@@ -178,7 +178,7 @@ pub(crate) fn electric_balance(r: &Record) -> f64 {
     open_j / given_j.abs().max(r.wheel_energy_j)
 }
 
-/// What the stores have given and nothing has taken, and all that they have given, in J.
+/// Energy that the stores have given and nothing has taken, and all that they have given, in J.
 pub(crate) fn electric_open_j(r: &Record) -> [f64; 2] {
     let spent = r.battery_loss_j.unwrap()
         + r.motor_loss_j.unwrap()
