@@ -271,7 +271,7 @@ impl<'a> ClosedLoop<'a> {
     pub fn drive_each(&self, controllers: &[Controller]) -> Vec<EventSeries> {
         let starts: Vec<RollingStart> =
             controllers.iter().map(|controller| self.rolling_start(controller)).collect();
-        simulate_events(self.study, &starts, self.duration_s)
+        simulate_events(self.study, starts, self.duration_s)
     }
 
     /// Start of a drive with a controller.

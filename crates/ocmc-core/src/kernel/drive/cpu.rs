@@ -28,15 +28,6 @@ pub(super) trait SimdTask {
     fn run<S: Simd>(self, simd: S) -> Self::Answer;
 }
 
-/// Runs a task with the instructions that every CPU of the platform has.
-pub(super) fn run_baseline<T: SimdTask>(task: T) -> T::Answer {
-    let simd = baseline();
-    simd.vectorize(
-        #[inline(always)]
-        || task.run(simd),
-    )
-}
-
 impl CpuLevel {
     /// Runs a task with the instructions of this level.
     pub(super) fn run<T: SimdTask>(self, task: T) -> T::Answer {
@@ -50,11 +41,6 @@ impl CpuLevel {
                 || task.run(simd),
             );
         }
-        self.run_narrow(task)
-    }
-
-    /// As [`Self::run`], with AVX2 at most: what is seldom asked need not be compiled for all.
-    pub(super) fn run_narrow<T: SimdTask>(self, task: T) -> T::Answer {
         #[cfg(target_arch = "x86_64")]
         if cfg!(not(any(test, unoptimised)))
             && self >= Self::Avx2
@@ -65,7 +51,11 @@ impl CpuLevel {
                 || task.run(simd),
             );
         }
-        run_baseline(task)
+        let simd = baseline();
+        simd.vectorize(
+            #[inline(always)]
+            || task.run(simd),
+        )
     }
 
     /// All levels, from the lowest.

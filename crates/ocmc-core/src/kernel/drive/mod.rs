@@ -3,7 +3,10 @@
 
 pub mod chain;
 pub mod cpu;
+mod observer;
 pub mod pedal_event;
+mod rolling_truck;
 pub mod scheduler;
 pub mod trace;
+mod trace_writer;
 mod whole_trip;

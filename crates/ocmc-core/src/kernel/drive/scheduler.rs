@@ -1,7 +1,8 @@
 //! Drives a range of cycles, eight or sixteen side by side: a lane takes the next cycle as soon as
 //! its own has ended.
 
-use super::cpu::{CpuLevel, SimdTask, run_baseline};
+use super::cpu::{CpuLevel, SimdTask};
+use super::observer::Observer;
 use super::whole_trip::WholeTrips;
 use crate::kernel::step::one_step::steps;
 use crate::kernel::step::state::{KernelParameters, Lane, State};
@@ -16,41 +17,6 @@ use crate::threads::deep;
 use fearless_simd::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Observes every step of every lane: a trace does, a fleet does not.
-pub trait Observer {
-    /// After a step, before its events are handled.
-    fn after_step<S: Simd, P: Powertrain>(
-        &mut self,
-        _parameters: &KernelParameters<P>,
-        _state: &State<S, P>,
-        _view: &StepView<S>,
-        _tasks: &[Option<LaneTask>],
-    ) {
-    }
-    /// After the event of a lane, that of this task, has been handled.
-    fn after_event<S: Simd, P: Powertrain>(
-        &mut self,
-        _parameters: &KernelParameters<P>,
-        _state: &State<S, P>,
-        _task: (usize, &LaneTask),
-    ) {
-    }
-    /// Whether the run is to stop: cycles that are on the road are then given up.
-    fn is_stopped(&self) -> bool {
-        false
-    }
-}
-
-/// Observes nothing; once the flag is set, the cycles on the road are given up.
-#[derive(Clone, Copy, Debug)]
-pub struct StopFlag<'a>(pub &'a AtomicBool);
-
-impl Observer for StopFlag<'_> {
-    fn is_stopped(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
 
 /// Gives the next task; takes back the used one, whose buffers are reused.
 pub type Next<'a> = &'a mut dyn FnMut(Option<LaneTask>) -> Option<LaneTask>;
@@ -122,30 +88,26 @@ impl PowertrainTask for FleetTask<'_, '_> {
             arrived(&record);
             whole_trips.take(record, scenario, deliver);
         };
-        let observer = &mut StopFlag(driving.stop);
-        let (parameters, ended, study) = (&parameters, &mut ended, driving.study);
-        let lanes = LaneScheduler { study, parameters, next, ended, observer, driving: 0 };
-        driving.level.run(lanes);
+        drive_lanes(driving, &parameters, next, &mut ended, Observer::Nobody);
         whole_trips.drive(deliver);
     }
 }
 
 /// As [`drive_tasks`], with an observer of every step: slower.
-pub fn drive_observed<P: Powertrain, O: Observer>(
+pub(super) fn drive_observed<P: Powertrain>(
     study: &Study,
     powertrain: &P,
     next: Next,
-    observer: &mut O,
+    observer: Observer,
 ) -> Vec<Record> {
     let parameters = KernelParameters::new(study, powertrain);
-    let (level, stop) = (CpuLevel::Baseline, &AtomicBool::new(false));
+    let (level, stop) = (CpuLevel::best(), &AtomicBool::new(false));
     let driving = Driving { study, level, stop, whole_trips: true };
     let mut whole_trips = WholeTrips::new(driving, powertrain);
     in_order(|deliver| {
         let mut ended =
             |record: Record, scenario: &Scenario| whole_trips.take(record, scenario, deliver);
-        let (parameters, ended) = (&parameters, &mut ended);
-        run_baseline(LaneScheduler { study, parameters, next, ended, observer, driving: 0 });
+        drive_lanes(driving, &parameters, next, &mut ended, observer);
         whole_trips.drive(deliver);
     })
 }
@@ -190,18 +152,34 @@ type LaneTasks = [Option<LaneTask>; WIDTH];
 /// Action on a cycle that has ended.
 pub(super) type Ended<'a> = &'a mut dyn FnMut(Record, &Scenario);
 
-/// Gives tasks to lanes and passes their records on.
-pub(super) struct LaneScheduler<'a, 'b, P, O> {
-    pub(super) study: &'a Study,
-    pub(super) parameters: &'a KernelParameters<'a, P>,
-    pub(super) next: Next<'b>,
-    pub(super) ended: Ended<'a>,
-    pub(super) observer: &'a mut O,
-    /// Lanes with a cycle.
-    pub(super) driving: usize,
+/// Drives the tasks that `next` gives, once each.
+pub(super) fn drive_lanes<P: Powertrain>(
+    Driving { study, level, stop, .. }: Driving,
+    parameters: &KernelParameters<P>,
+    next: Next,
+    ended: Ended,
+    observer: Observer,
+) {
+    level.run(LaneScheduler { study, parameters, next, ended, observer, stop, driving: 0 });
 }
 
-impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
+/// Gives tasks to lanes and passes their records on.
+struct LaneScheduler<'a, 'b, P> {
+    study: &'a Study,
+    parameters: &'a KernelParameters<'a, P>,
+    next: Next<'b>,
+    ended: Ended<'a>,
+    observer: Observer<'a>,
+    /// Once it is set, the cycles on the road are given up.
+    stop: &'a AtomicBool,
+    /// Lanes with a cycle.
+    driving: usize,
+}
+
+/// The first lane of the second block.
+const BACK: usize = WIDTH;
+
+impl<P: Powertrain> SimdTask for LaneScheduler<'_, '_, P> {
     type Answer = ();
 
     /// The loop over one or two blocks, until `next` gives no more tasks.
@@ -210,36 +188,43 @@ impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
         let parameters = self.parameters;
         let mut front = State::parked(simd, parameters);
         let mut back = State::parked(simd, parameters);
-        let mut front_tasks = self.fill(&mut front);
+        let mut front_tasks = self.fill(0, &mut front);
         let mut back_tasks = [const { None }; WIDTH];
         if interleaves_blocks(simd) {
-            back_tasks = self.fill(&mut back);
+            back_tasks = self.fill(BACK, &mut back);
         }
         while self.driving > 0 {
             if interleaves_blocks(simd) {
                 let views = steps((&mut front, &mut back), parameters);
-                self.after_step(&mut front, &mut front_tasks, &views.0);
-                self.after_step(&mut back, &mut back_tasks, &views.1);
+                self.after_step(&mut front, (0, &mut front_tasks), &views.0);
+                self.after_step(&mut back, (BACK, &mut back_tasks), &views.1);
             } else {
                 let view = front.step(parameters);
-                self.after_step(&mut front, &mut front_tasks, &view);
+                self.after_step(&mut front, (0, &mut front_tasks), &view);
             }
         }
     }
 }
 
-impl<P: Powertrain, O: Observer> LaneScheduler<'_, '_, P, O> {
-    /// Puts a cycle into each lane of a block.
-    fn fill<S: Simd>(&mut self, state: &mut State<S, P>) -> LaneTasks {
+impl<P: Powertrain> LaneScheduler<'_, '_, P> {
+    /// Puts a cycle into each lane of a block, whose lanes are counted from the first one.
+    fn fill<S: Simd>(&mut self, first: usize, state: &mut State<S, P>) -> LaneTasks {
         let mut tasks: LaneTasks = [const { None }; WIDTH];
         for (number, place) in tasks.iter_mut().enumerate() {
             *place = (self.next)(None);
             if let Some(task) = place {
-                task.enter(&mut Lane { state, number, parameters: self.parameters });
+                self.enter(first, task, &mut Lane { state, number, parameters: self.parameters });
                 self.driving += 1;
             }
         }
+        self.observer.before_step(self.parameters, state, (first, &tasks));
         tasks
+    }
+
+    /// Puts a cycle into a lane.
+    fn enter<S: Simd>(&mut self, first: usize, task: &mut LaneTask, lane: &mut Lane<S, P>) {
+        task.enter(lane);
+        self.observer.entered(first, task, lane);
     }
 
     /// Shows a step to the observer and handles the events of its lanes.
@@ -247,47 +232,67 @@ impl<P: Powertrain, O: Observer> LaneScheduler<'_, '_, P, O> {
     fn after_step<S: Simd>(
         &mut self,
         state: &mut State<S, P>,
-        tasks: &mut LaneTasks,
+        tasks: (usize, &mut LaneTasks),
         view: &StepView<S>,
     ) {
-        self.observer.after_step(self.parameters, state, view, tasks);
-        if view.event.any_true() {
-            self.handle_events(state, tasks, &view.events());
+        if !self.observer.is_nobody() {
+            // of a copy: what nobody observes stays in registers
+            let view = *view;
+            self.observe(state, tasks, &view);
+        } else if view.event.any_true() {
+            self.handle_events(state, tasks, &view.events(), 0);
         }
     }
 
-    /// Handles the events of a block's lanes.
+    /// Shows a step to the observer and handles the events of its lanes.
+    #[cold]
+    #[inline(never)]
+    fn observe<S: Simd>(
+        &mut self,
+        state: &mut State<S, P>,
+        (first, tasks): (usize, &mut LaneTasks),
+        view: &StepView<S>,
+    ) {
+        let over = self.observer.after_step(self.parameters, state, view, (first, tasks));
+        self.handle_events(state, (first, tasks), &view.events(), over);
+        self.observer.before_step(self.parameters, state, (first, tasks));
+    }
+
+    /// Handles the events of a block's lanes. Those whose time is over are given the next cycle.
     #[cold]
     #[inline(never)]
     fn handle_events<S: Simd>(
         &mut self,
         state: &mut State<S, P>,
-        tasks: &mut LaneTasks,
+        (first, tasks): (usize, &mut LaneTasks),
         events: &LaneEvents,
+        over: u64,
     ) {
-        if self.observer.is_stopped() {
+        if self.stop.load(Ordering::Relaxed) {
             self.driving = 0;
             return;
         }
         let parameters = self.parameters;
-        let mut lanes = events.lanes;
+        let mut lanes = events.lanes | over;
         while lanes != 0 {
             let number = lanes.trailing_zeros() as usize % WIDTH;
             lanes &= lanes - 1;
             let Some(task) = &mut tasks[number] else { continue };
             let mut lane = Lane { state, number, parameters };
-            let outcome = task.handle_event(&mut lane, events.lane(number));
-            if let Some(outcome) = outcome {
-                (self.ended)(task.record(self.study, &lane, outcome), task.scenario());
-            }
-            self.observer.after_event(parameters, lane.state, (number, task));
-            if outcome.is_some() {
-                if let Some(task) = &mut tasks[number] {
-                    task.leave(&mut lane);
+            let mut has_ended = over >> number & 1 != 0;
+            if !has_ended {
+                let outcome = task.handle_event(&mut lane, events.lane(number));
+                if let Some(outcome) = outcome {
+                    (self.ended)(task.record(self.study, &lane, outcome), task.scenario());
                 }
+                self.observer.after_event(parameters, lane.state, (number, task));
+                has_ended = outcome.is_some();
+            }
+            if has_ended {
+                task.leave(&mut lane);
                 tasks[number] = (self.next)(tasks[number].take());
                 if let Some(task) = &mut tasks[number] {
-                    task.enter(&mut lane);
+                    self.enter(first, task, &mut lane);
                 } else {
                     lane.park();
                     self.driving -= 1;

@@ -1,7 +1,8 @@
 //! The whole trips of cycles that a battery cut short: driven again from their start, with a
 //! battery that never empties.
 
-use super::scheduler::{Deliver, Driving, LaneScheduler, StopFlag};
+use super::observer::Observer;
+use super::scheduler::{Deliver, Driving, drive_lanes};
 use crate::kernel::step::state::KernelParameters;
 use crate::kernel::trip::lane_task::LaneTask;
 use crate::powertrain::Powertrain;
@@ -51,7 +52,7 @@ impl<'a, P: Powertrain> WholeTrips<'a, P> {
             take(&mut self.waiting).into_iter().unzip();
         self.meanwhile = 0;
         let (Some(deep), false) = (&self.deep, scenarios.is_empty()) else { return };
-        let Driving { study, level, stop, .. } = self.driving;
+        let study = self.driving.study;
         let parameters = KernelParameters::new(study, deep);
         let mut scenarios = scenarios.into_iter();
         let mut next = |_| scenarios.next().map(|scenario| LaneTask::new(study, scenario));
@@ -64,8 +65,6 @@ impl<'a, P: Powertrain> WholeTrips<'a, P> {
             }
             deliver(record);
         };
-        let (parameters, observer) = (&parameters, &mut StopFlag(stop));
-        let (next, ended) = (&mut next, &mut ended);
-        level.run(LaneScheduler { study, parameters, next, ended, observer, driving: 0 });
+        drive_lanes(self.driving, &parameters, &mut next, &mut ended, Observer::Nobody);
     }
 }
