@@ -33,7 +33,7 @@ pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
 /// Values outside the range that is declared of their key, in a [tree](super::tree) of a study.
 pub fn outside_bounds(tree: &Value) -> Vec<Problem> {
     let mut problems = Problems::default();
-    within_bounds(tree, Key(&declarations()), &mut problems);
+    within_bounds(tree, Key(declarations()), &mut problems);
     problems.into_problems()
 }
 
@@ -205,7 +205,7 @@ pub struct Unusual {
 /// zero is none, where zero is allowed.
 pub fn outside_usual(tree: &Value) -> Vec<Unusual> {
     let mut unusual = Vec::new();
-    collect_unusual(tree, Key(&declarations()), &mut String::new(), &mut unusual);
+    collect_unusual(tree, Key(declarations()), &mut String::new(), &mut unusual);
     unusual
 }
 

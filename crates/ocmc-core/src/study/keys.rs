@@ -12,6 +12,7 @@ use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
 use serde_json::{Map, Value, json};
+use std::sync::LazyLock;
 
 /// The allowed range of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +78,14 @@ impl Key<'_> {
 ///
 /// No key is required in it, because any key may be inherited: what a table needs that inherits
 /// nothing stands under `needed`.
-pub fn declarations() -> Value {
+///
+/// They are made once a process: a calibration checks thousands of studies.
+pub fn declarations() -> &'static Value {
+    static DECLARATIONS: LazyLock<Value> = LazyLock::new(declared);
+    &DECLARATIONS
+}
+
+fn declared() -> Value {
     let settings =
         SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
     let mut generator = settings.with_transform(RecursiveTransform(as_written)).into_generator();

@@ -653,11 +653,11 @@ fn the_walk_over_all_keys_finds_a_unit_in_each() {
     }
     let schema = declarations();
     let mut seen = 0;
-    walk(Key(&schema).at("cost").unwrap(), &UNITS, &WITHOUT, &mut seen);
+    walk(Key(schema).at("cost").unwrap(), &UNITS, &WITHOUT, &mut seen);
     assert!(seen > 25, "{seen}");
     let without = ["charging_efficiency"];
     let units = ["_kg_per_l", "_kg_per_kg", "_kg_per_kwh"];
-    walk(Key(&schema).at("emissions").unwrap(), &units, &without, &mut seen);
+    walk(Key(schema).at("emissions").unwrap(), &units, &without, &mut seen);
 }
 
 fn problems(table: Value) -> Vec<String> {

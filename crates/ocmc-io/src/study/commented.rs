@@ -36,7 +36,7 @@ pub fn commented(resolved: &str) -> String {
             table = Some(parents.to_vec());
         }
         let lines = value_lines(value, key_word(name).chars().count() + 3, 0);
-        let note = note(value, &path, Key(&declared));
+        let note = note(value, &path, Key(declared));
         let _ = writeln!(text, "{} = {}", key_word(name), with_note(lines, &note, name));
     }
     text
@@ -63,7 +63,7 @@ pub(crate) fn keys_of(resolved: &str) -> Vec<KeyValue> {
             Content::Scalar(scalar) => scalar.clone(),
             _ => toml::Value::String(inline(value)),
         },
-        note: note(value, &path, Key(&declared)),
+        note: note(value, &path, Key(declared)),
     };
     leaves(&root).into_iter().map(row).collect()
 }
@@ -95,7 +95,7 @@ pub fn init_text_of(base: &str) -> Result<String, StudyFileError> {
             table = parents.to_vec();
         }
         let setting = format!("#{} = {}", dotted(&path), inline(value));
-        let note = note(value, &path, Key(&declared));
+        let note = note(value, &path, Key(declared));
         let _ = writeln!(text, "{}", beside(&setting, &note));
     }
     Ok(text)

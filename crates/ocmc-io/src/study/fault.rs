@@ -26,7 +26,7 @@ const NO_HIDDEN: &str = "letters that are shown: no control characters, none tha
 /// The range of a number at a path with `[index]`es, as a text behind "a number".
 fn range_of(path: &str) -> Option<String> {
     let plain: String = path.split('[').map(|p| p.split_once(']').map_or(p, |(_, q)| q)).collect();
-    Key(&declarations()).at(&plain).and_then(Key::bounds).map(range)
+    Key(declarations()).at(&plain).and_then(Key::bounds).map(range)
 }
 
 /// The keys that a table has to have, and that are not there.
@@ -36,7 +36,7 @@ fn needed_of(here: &Node, table: &[Step]) -> Vec<String> {
         Step::Key(key) => Some(key.as_str()),
         Step::Index(_) => None,
     });
-    let entry = names.clone().try_fold(Key(&declared), Key::below).map(|key| key.entry().0.clone());
+    let entry = names.clone().try_fold(Key(declared), Key::below).map(|key| key.entry().0.clone());
     let needed = entry.as_ref().and_then(|entry| entry["needed"].as_array());
     let names = needed.into_iter().flatten().filter_map(|name| name.as_str());
     let missing = names.filter(|name| here.get(name).is_none());

@@ -48,7 +48,7 @@ fn with_ranges(text: String) -> String {
         return source.text.clone();
     };
     let mut notes = BTreeMap::new();
-    collect(&root, Key(&declarations()), &mut notes);
+    collect(&root, Key(declarations()), &mut notes);
     let mut text = String::new();
     for (k, line) in source.text.lines().enumerate() {
         match notes.get(&(k + 1)) {

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 /// The schema of a study file.
 pub fn schema() -> Value {
-    let mut schema = declarations();
+    let mut schema = declarations().clone();
     schema["title"] = json!("ocmc study");
     schema["properties"]["study"]["properties"]["base"] = json!({
         "type": "string",

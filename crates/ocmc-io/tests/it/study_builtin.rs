@@ -52,7 +52,7 @@ fn every_number_has_a_bound() {
         let mut count = 0;
         numbers("", &tree, &mut |path| {
             count += 1;
-            let bounds = Key(&declared).at(path).and_then(Key::bounds);
+            let bounds = Key(declared).at(path).and_then(Key::bounds);
             assert!(bounds.is_some(), "{}: `{path}` has no bound", built_in.name);
         });
         assert!(count > 200, "{count}");
