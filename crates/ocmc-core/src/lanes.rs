@@ -8,15 +8,16 @@ use fearless_simd::{Level, SimdInto, f64x4, f64x8, prelude::*};
 
 #[cfg(target_arch = "wasm32")]
 mod wasm;
-#[cfg(target_arch = "wasm32")]
+#[cfg(four_lanes)]
 use fearless_simd::{f64x4 as Numbers, mask64x4 as Truths, u64x4 as Integers};
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(not(four_lanes))]
 use fearless_simd::{f64x8 as Numbers, mask64x8 as Truths, u64x8 as Integers};
 #[cfg(target_arch = "wasm32")]
-use wasm::{larger, smaller, transposed};
+use wasm::{larger, smaller};
 
-/// Trucks of one block: in WebAssembly four, whose vectors have two numbers each.
-pub const WIDTH: usize = if cfg!(target_arch = "wasm32") { 4 } else { 8 };
+/// Trucks of one block: four in WebAssembly, whose vectors have two numbers each, and without
+/// optimisation, where the time of the compiler counts.
+pub const WIDTH: usize = if cfg!(four_lanes) { 4 } else { 8 };
 
 /// A number that never binds: a distance, a speed or a squared speed.
 pub const UNBOUNDED: f64 = 1e9;
@@ -41,7 +42,7 @@ pub type Baseline = fearless_simd::wasm32::WasmSimd128;
 pub type Baseline = fearless_simd::Fallback;
 
 #[cfg(all(target_arch = "wasm32", not(target_feature = "simd128")))]
-compile_error!("eight trucks side by side need vectors: build with `-C target-feature=+simd128`");
+compile_error!("trucks side by side need vectors: build with `-C target-feature=+simd128`");
 
 /// The token of these instructions. `dispatch!` would compile for all the others, too.
 #[inline(always)]
@@ -151,7 +152,20 @@ pub fn columns<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> 
     transposed(simd, row_of)
 }
 
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(four_lanes)]
+#[inline(always)]
+fn transposed<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> [Lanes<S>; 4] {
+    let rows = |front, back| two_rows(simd, row_of(front), row_of(back));
+    let (even, odd) = rows(0, 1).deinterleave(rows(2, 3));
+    let each_second = |numbers: f64x8<S>| {
+        let (front, back) = numbers.split();
+        front.deinterleave(back)
+    };
+    let ((first, third), (second, fourth)) = (each_second(even), each_second(odd));
+    [first, second, third, fourth]
+}
+
+#[cfg(not(four_lanes))]
 #[inline(always)]
 fn transposed<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> [Lanes<S>; 4] {
     let rows = |front, back| two_rows(simd, row_of(front), row_of(back));

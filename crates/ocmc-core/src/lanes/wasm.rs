@@ -1,8 +1,8 @@
 //! Bounds in WebAssembly. Its `min` and `max` take care of NaN and signed zeros, which costs eight
 //! instructions of a CPU; its pseudo-minimum and pseudo-maximum are those of x86, and cost one.
 
-use super::{Lanes, two_rows};
-use fearless_simd::{f64x2, f64x8, prelude::*};
+use super::Lanes;
+use fearless_simd::{f64x2, prelude::*};
 use std::arch::wasm32::{f64x2_pmax, f64x2_pmin, v128};
 
 /// The larger one of each pair.
@@ -28,20 +28,4 @@ fn of_halves<S: Simd>(
         |a: f64x2<S>, b: f64x2<S>| -> f64x2<S> { operation(a.into(), b.into()).simd_into(a.simd) };
     let ((a, c), (b, d)) = (a.split(), b.split());
     half(a, b).combine(half(c, d))
-}
-
-/// The columns of four rows.
-#[inline(always)]
-pub(super) fn transposed<'a, S: Simd>(
-    simd: S,
-    row_of: impl Fn(usize) -> &'a [f64; 4],
-) -> [Lanes<S>; 4] {
-    let rows = |front, back| two_rows(simd, row_of(front), row_of(back));
-    let (even, odd) = rows(0, 1).deinterleave(rows(2, 3));
-    let each_second = |numbers: f64x8<S>| {
-        let (front, back) = numbers.split();
-        front.deinterleave(back)
-    };
-    let ((first, third), (second, fourth)) = (each_second(even), each_second(odd));
-    [first, second, third, fourth]
 }
