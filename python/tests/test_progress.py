@@ -42,9 +42,9 @@ def test_what_a_callable_raises_ends_the_run(study):
 def test_a_terminal_has_a_bar_which_goes(study, monkeypatch, progress):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    study.run(cycles=60_000, threads=1, progress=progress)
+    study.run(cycles=24_000, threads=1, progress=progress)
     printed = terminal.getvalue()
-    assert "of 60,000 cycles, " in printed
+    assert "of 24,000 cycles, " in printed
     assert " left" in printed
     assert printed.endswith(" \r")
 
@@ -63,7 +63,7 @@ def test_nothing_is_told_where_nobody_looks(study, capsys):
     study.run(cycles=2000)
     study.run(cycles=2000, progress=False)
     assert capsys.readouterr() == ("", "")
-    study.run(cycles=60_000, threads=1, progress=True)
+    study.run(cycles=24_000, threads=1, progress=True)
     assert "cycles" in capsys.readouterr().err
 
 
@@ -91,8 +91,8 @@ def test_a_notebook_has_a_bar_which_goes(study, monkeypatch, capsys):
     parts.HTML, parts.display = str, display
     monkeypatch.setitem(sys.modules, "IPython", notebook)
     monkeypatch.setitem(sys.modules, "IPython.display", parts)
-    study.run(cycles=60_000, threads=1)
-    assert 'max="60000"' in shown[0]
+    study.run(cycles=24_000, threads=1)
+    assert 'max="24000"' in shown[0]
     assert shown[-1] == ""
     assert capsys.readouterr() == ("", "")
 

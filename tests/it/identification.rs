@@ -103,7 +103,7 @@ fn without_speed_term(intervals: bool) -> IdentifyOptions {
 #[test]
 fn noise_free_gains_come_back() {
     let study = study(&[]);
-    let options = without_speed_term(true);
+    let options = without_speed_term(false);
     println!("| driver, event | K_P | K_I | K_D | rms | pressed |");
     println!("|---|---|---|---|---|---|");
     let (mut free, mut failed, mut determined) = (0, Vec::new(), 0);
@@ -215,7 +215,7 @@ fn switched_drivers_come_back() {
     println!("| driver, event | K_P | threshold | set speed | pressed | rms |");
     println!("|---|---|---|---|---|---|");
     let (mut good, mut all) = (0, 0);
-    for known in events(&study, 3, 0.0) {
+    for known in events(&study, 2, 0.0) {
         if known.log.accelerator.iter().any(|pedal| *pedal >= 0.99) {
             continue;
         }
@@ -235,7 +235,7 @@ fn switched_drivers_come_back() {
         good += usize::from(kp.abs() < 2.0);
     }
     // where the driver holds a pedal when the event begins, a log does not tell since when
-    assert!(all >= 7 && good as f64 >= 0.7 * all as f64, "{good} of {all}");
+    assert!(all >= 5 && good as f64 >= 0.7 * all as f64, "{good} of {all}");
 }
 
 /// Adds white noise to all signals of an event: pedals 0.02, speed and slope 2 % of their range.

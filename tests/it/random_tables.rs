@@ -54,7 +54,7 @@ const TABLES: [(&str, &[&str]); 13] = [
 ];
 
 /// Seeds from one study of which all questions are asked to the next.
-const ASKED_EACH: u64 = 400;
+const ASKED_EACH: u64 = 350;
 
 /// Longest time of one processor that a study or an answer may take, in s.
 const MOST_S: f64 = 20.0;

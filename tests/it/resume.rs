@@ -118,7 +118,7 @@ fn kill_until_complete(out: &Path, arguments: &[&str], times: usize, most_ms: u6
 fn a_run_that_is_killed_at_random_moments_becomes_the_whole_run() {
     let parent = tempfile::tempdir().expect("a directory");
     for (format, file) in [("parquet", "records.parquet"), ("csv", "records.csv")] {
-        let arguments = ["--cycles", "12000", "--first-cycle", "7", "--format", format];
+        let arguments = ["--cycles", "8000", "--first-cycle", "7", "--format", format];
         let expected = parent.path().join(format!("{format}-whole"));
         whole(&expected, &arguments);
         let out = parent.path().join(format!("{format}-killed"));
@@ -283,7 +283,7 @@ fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
         let run = Command::new("sh")
             .args(["-c", &format!("trap '' {signal}; exec \"$@\""), "sh"])
             .arg(env!("CARGO_BIN_EXE_ocmc"))
-            .args(["--set", TINY, "--cycles", "30000", "--threads", "1", "--quiet", "--out"])
+            .args(["--set", TINY, "--cycles", "12000", "--threads", "1", "--quiet", "--out"])
             .arg(&out)
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
@@ -308,7 +308,7 @@ fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
 fn an_interrupted_run_can_be_read_and_resumed() {
     let parent = tempfile::tempdir().expect("a directory");
     let (expected, out) = (parent.path().join("whole"), parent.path().join("run"));
-    let arguments = ["--cycles", "60000"];
+    let arguments = ["--cycles", "30000"];
     whole(&expected, &arguments);
     // on one thread, no machine is done in the moment after the first look
     let run = begin(&out, &[&arguments[..], &["--threads", "1"]].concat());
@@ -320,13 +320,13 @@ fn an_interrupted_run_can_be_read_and_resumed() {
     let rows = records(&out.join("records.parquet"));
     assert_eq!(manifest(&out)["completed"], rows.len());
     assert_eq!(json(&out.join("summary.json"))["cycles"], rows.len());
-    assert!(rows.len() < 60_000 && rows.iter().zip(0..).all(|(row, id)| row.cycle_id == id));
+    assert!(rows.len() < 30_000 && rows.iter().zip(0..).all(|(row, id)| row.cycle_id == id));
     resume(&out);
     assert_same(&expected, &out, "records.parquet");
     // once more: nothing to do, and the answer once more
     let output = ocmc(&["--resume", "--json", "--out"]).arg(&out).output().expect("it starts");
     let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(answer["cycles"], 60_000);
+    assert_eq!(answer["cycles"], 30_000);
 }
 
 /// A run whose program is gone, with at least two chunks.
@@ -412,7 +412,7 @@ fn a_run_that_ends_before_its_checksums_are_there_is_resumed() {
     let parent = tempfile::tempdir().expect("a directory");
     let (expected, out) = (parent.path().join("whole"), parent.path().join("run"));
     // a second until the first chunk
-    let arguments = ["--cycles", "1100", "--set", "mission.length_m=4e5", "--quiet", "--out"];
+    let arguments = ["--cycles", "1100", "--set", "mission.length_m=2e5", "--quiet", "--out"];
     let run = |out: &Path| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ocmc"));
         command.args(arguments).arg(out).stdout(Stdio::null()).spawn().expect("the program starts")
@@ -529,7 +529,7 @@ impl Drop for SmallDisk {
 fn a_full_disk_is_named_and_after_space_was_made_the_run_goes_on() {
     let parent = tempfile::tempdir().expect("a directory");
     for format in ["parquet", "csv"] {
-        let arguments = ["--cycles", "5000", "--format", format];
+        let arguments = ["--cycles", "3000", "--format", format];
         let (expected, records) = (parent.path().join(format), format!("records.{format}"));
         whole(&expected, &arguments);
         let bytes = fs::metadata(expected.join(&records)).expect("written").len();
@@ -553,7 +553,7 @@ fn a_full_disk_is_named_and_after_space_was_made_the_run_goes_on() {
             disk.grow(16 * kilobytes + 16_384);
             if share > 0.0 {
                 eprintln!("{format}, {kilobytes} kB: {}", manifest(&out)["completed"]);
-                assert_eq!(manifest(&out)["completed"] == 5000, share > 1.0);
+                assert_eq!(manifest(&out)["completed"] == 3000, share > 1.0);
                 resume(&out);
             } else {
                 whole(&out, &arguments);

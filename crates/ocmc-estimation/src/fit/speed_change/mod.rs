@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn laws_come_back() {
         for seed in 1..=3 {
-            let fit = fit(&table(seed, 2000), &SpeedChangeOptions::default()).unwrap();
+            let fit = fit(&table(seed, 1000), &SpeedChangeOptions::default()).unwrap();
             assert_eq!(fit.by_category.len(), 4);
             for (law, (median, sd)) in fit.by_category.iter().zip([
                 (-1.16, 0.28),

@@ -94,7 +94,7 @@ fn drawn(counts: &[usize], draws: &mut Draws) -> CurveSpeedFit {
 /// them. As written into the study: ± 1.96 of the error there, too.
 #[test]
 fn intervals_by_drivers_cover_with_equal_and_unequal_numbers_of_curves() {
-    let runs = 120;
+    let runs = 80;
     let (mut covered, mut cells) = (0, 0);
     for (cell, (drivers, log_sd)) in
         [5, 10, 25, 40].into_iter().flat_map(|n| [(n, 0.0), (n, 1.1)]).enumerate()
