@@ -176,7 +176,16 @@ pub const TRIP_TOTALS: Schema = Schema {
             &[
                 (
                     "km",
-                    &["distance_km", "km", "kilometres", "kilometers", "kilometer", "strecke_km"],
+                    &[
+                        "distance_km",
+                        "km",
+                        "kilometres",
+                        "kilometers",
+                        "kilometer",
+                        "strecke_km",
+                        "sträcka_km",
+                        "distancia_km",
+                    ],
                 ),
                 ("m", &["distance_m"]),
             ],
@@ -184,7 +193,22 @@ pub const TRIP_TOTALS: Schema = Schema {
         .within(0.0, 1e8, "a distance from 0 to 100,000 km, or nothing"),
         Field::named(
             Q::FuelAmount,
-            &[("l", &["fuel_l", "litres", "liters", "fuel_used_l"]), ("kg", &["fuel_kg"])],
+            &[
+                (
+                    "l",
+                    &[
+                        "fuel_l",
+                        "litres",
+                        "liters",
+                        "fuel_used_l",
+                        "verbrauch_l",
+                        "consommation_l",
+                        "förbrukning_l",
+                        "consumo_l",
+                    ],
+                ),
+                ("kg", &["fuel_kg"]),
+            ],
         )
         .within(0.0, 1e5, "an amount of fuel from 0 on, or nothing"),
         Field::of(Q::EnergyAmount),

@@ -289,6 +289,7 @@ impl Schema {
             Some((field, unit, if field.quantity.is_text() { place } else { 0 }))
         });
         own.or_else(|| self.fields.iter().find_map(|field| field.of_vocabulary(name, bracket)))
+            .or_else(|| self.fields.iter().find_map(|field| field.own_with_bracket(name, bracket?)))
     }
 
     /// Quantity by the name of a column.
@@ -316,6 +317,13 @@ impl Schema {
 }
 
 impl Field {
+    /// As a name of its own with the unit that stands in brackets: `Strecke (km)` is `strecke_km`.
+    fn own_with_bracket(&self, name: &str, bracket: &str) -> Option<(&Self, &'static Unit, Rank)> {
+        let unit = written(self.quantity.units(), bracket)?;
+        let (own, _) = self.own_unit(&with_unit(name, unit.suffix))?;
+        own.is_same(unit).then_some((self, own, OTHER_NAME))
+    }
+
     /// The unit in which a name means its quantity, and how well it fits.
     fn of_vocabulary(
         &self,
@@ -337,8 +345,29 @@ impl Field {
 
 #[cfg(test)]
 mod tests {
+    use super::super::formats::TRIP_TOTALS;
     use super::super::quantity::VOCABULARY;
     use super::*;
+
+    #[test]
+    fn units_in_brackets_are_those_of_own_names() {
+        let understood = |header: &str| {
+            let column = TRIP_TOTALS.understand(Path::new("trips.csv"), header).expect("a name");
+            column.map(|(field, unit, _)| (field.quantity, unit.suffix))
+        };
+        for header in ["strecke_km", "Strecke km", "Strecke (km)", "Strecke [km]", "Distancia (km)"]
+        {
+            assert_eq!(understood(header), Some((Quantity::Distance, "km")), "{header}");
+        }
+        for header in ["Verbrauch (l)", "Verbrauch in Liter", "Consommation (L)"] {
+            assert_eq!(understood(header), Some((Quantity::FuelAmount, "l")), "{header}");
+        }
+        // consumption may be per distance or time: no amount unless its unit says so
+        for header in ["Verbrauch", "Verbrauch (l/100km)", "Verbrauch (l/h)", "Kilometerstand (l)"]
+        {
+            assert_eq!(understood(header), None, "{header}");
+        }
+    }
 
     #[test]
     fn numbers_in_si_are_those_that_stay_what_they_are() {
