@@ -273,7 +273,7 @@ fn noise_on_all_signals_is_covered() {
     let (mut holds, mut all, mut refused, mut errors) = (0, 0, 0, Vec::new());
     for mut known in events(&study, 3, 0.0) {
         noisy(&mut known, 21);
-        let fit = fit(&study, &known, &known_truck());
+        let fit = fit(&study, &known, &IdentifyOptions { starts: 4, ..known_truck() });
         let [inside, intervals] = held(&fit, &known);
         (holds, all) = (holds + inside, all + intervals);
         refused += usize::from(intervals == 0);

@@ -274,7 +274,7 @@ fn gains_of_a_trace_are_identified() {
     let path = directory.path().join("driver-0.csv");
     let path = path.to_str().expect("UTF-8");
     answer(&["trace", "--study", "simulator-slopes", "--cycle-id", "0", "--out", path]);
-    let quick = ["--speed-term", "none", "--no-intervals", "--starts", "4"];
+    let quick = ["--speed-term", "none", "--no-intervals", "--starts", "2"];
     let (json, message) = answer(
         &[&["identify", path, "--study", "simulator-slopes", "--json"][..], &quick].concat(),
     );
