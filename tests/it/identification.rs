@@ -325,7 +325,7 @@ fn drivers_side_by_side_drive_as_each_would_alone() {
     let study = study(&[]);
     let known = &events(&study, 1, 0.0)[0];
     let closed = ClosedLoop::new(&study, &known.log);
-    // more than the lanes of a block, some of them late or heavy: they end at other steps
+    // more than the lanes of two blocks, some late or heavy: they end at other steps
     let controller = |k: u32| Controller {
         proportional: known.kp * (0.5 + 0.1 * f64::from(k)),
         integral: known.ki,
@@ -336,7 +336,7 @@ fn drivers_side_by_side_drive_as_each_would_alone() {
         mass_kg: (k % 5 == 2).then_some(30_000.0),
         ..Controller::default()
     };
-    let controllers: Vec<Controller> = (0..11).map(controller).collect();
+    let controllers: Vec<Controller> = (0..21).map(controller).collect();
     let together = closed.drive_each(&controllers);
     let alone: Vec<_> = controllers.iter().map(|controller| closed.drive(controller)).collect();
     assert!(alone.windows(2).all(|pair| pair[0] != pair[1] && !pair[0].time_s.is_empty()));
