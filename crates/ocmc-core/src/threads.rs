@@ -7,9 +7,8 @@ use std::thread::{Builder, scope};
 pub const CAN_START: bool = !cfg!(target_family = "wasm");
 
 /// Stack of a thread that drives, in bytes. Without optimisation the step, which is inlined into
-/// one function, has a place of its own there for each value in between: 3 MB with AVX2, and more
-/// than 8 MB with SSE2. Threads have 2 MB of themselves, the first one of a program 8 MB. What is
-/// not used is never given.
+/// one function, has a place of its own there for each value in between: more than the 2 MB that
+/// threads have of themselves. What is not used is never given.
 pub const STACK_BYTES: usize = 32 << 20;
 
 /// Does work that drives on the caller's thread, where that is optimised; else on one that has the

@@ -13,6 +13,7 @@ use crate::kernel::trip::InitialMotion;
 use crate::kernel::trip::lane_task::LaneTask;
 use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::study::{Scenario, Study};
+use crate::threads::deep;
 use std::sync::atomic::AtomicBool;
 
 pub use super::rolling_truck::EventSeries;
@@ -27,7 +28,7 @@ pub fn simulate_events(
     starts: Vec<RollingStart>,
     duration_s: f64,
 ) -> Vec<EventSeries> {
-    study.vehicle().powertrain.dispatch(EventsTask { study, starts, duration_s })
+    deep(|| study.vehicle().powertrain.dispatch(EventsTask { study, starts, duration_s }))
 }
 
 struct EventsTask<'a> {
